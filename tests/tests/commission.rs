@@ -191,6 +191,22 @@ fn a_device_that_calls_itself_fake_rig_needs_a_commissioning() {
     assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
 }
 
+#[test]
+fn refused_commissioning_or_identification_takes_no_force_away() {
+    let daemon = Daemon::start_on("fake", &["--hand", "free"]);
+    let mut client = daemon.client();
+    engage(&mut client);
+    for arguments in [
+        &["commission", "--yes"][..],
+        &["identify", "--rig", "--yes", "--range-mm", "60"],
+    ] {
+        daemon.ctl_refused(arguments, 1, "while the rig is engaged");
+        let log = daemon.ctl_ok(&["log"]);
+        assert!(!log.contains("lease_lapsed"), "{log}");
+        assert_eq!(status(&mut client).state, RigState::Engaged, "{arguments:?}");
+    }
+}
+
 // hazard: H13
 #[test]
 fn with_uncommissioned_in_the_configuration_any_rig_engages() {

@@ -1,7 +1,7 @@
 //! The daemon, as the subcommands ask it.
 
 use crate::failure::Failure;
-use haptic_ipc::{AsyncClient, ClientError, Event, Hello, Request, socket_path};
+use haptic_ipc::{AsyncClient, ClientError, Event, Hello, LeaseReply, MAX_COMMISSION_LEASE_MS, Request, socket_path};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 use std::time::Duration;
@@ -39,6 +39,18 @@ impl Daemon {
 
     pub(crate) async fn ask<R: DeserializeOwned>(&mut self, request: Request) -> Result<R, Failure> {
         in_time(self.client.request(request)).await
+    }
+
+    /// Begins what moves the rig by itself, with a lease that ends it with this program. One that is refused leaves none
+    /// behind, which would take another client's force away.
+    pub(crate) async fn begin_with_lease<R: DeserializeOwned>(&mut self, request: Request) -> Result<R, Failure> {
+        let lease = |timeout_ms| Request::Lease { timeout_ms };
+        let _: LeaseReply = self.ask(lease(MAX_COMMISSION_LEASE_MS)).await?;
+        let begun = self.ask(request).await;
+        if begun.is_err() {
+            let _: LeaseReply = self.ask(lease(0)).await?;
+        }
+        begun
     }
 
     /// Waits for the next event, however long. Safe to drop half-way.

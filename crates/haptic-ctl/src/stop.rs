@@ -138,7 +138,7 @@ pub(crate) async fn ask(socket: Option<&Path>, prefix: Option<&str>) -> Result<S
 }
 
 /// The only rig in reach.
-fn only_one() -> Result<Option<PathBuf>, Failure> {
+pub(crate) fn only_one() -> Result<Option<PathBuf>, Failure> {
     let found = Environment::of_process().all(None);
     let (mut in_reach, mut silent, mut closed) = (Vec::new(), socket_path::configured_besides(&found), None);
     for socket in found {

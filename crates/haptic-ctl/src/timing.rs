@@ -59,7 +59,7 @@ fn block(name: &str, window: &TimingWindow) -> String {
     for (what, percentiles) in [
         ("wake-up latency", &window.wake_latency_ns),
         ("tick", &window.tick_ns),
-        ("device round trip", &window.device_round_trip_ns),
+        ("device read/write", &window.device_round_trip_ns),
         ("period", &window.period_ns),
     ] {
         rows.push(row(what, percentiles));

@@ -14,6 +14,8 @@ pub struct FakeRig {
     force_n: f64,
     sequence: u32,
     time: RigTime,
+    /// The hand, while it is off the handle.
+    off: Option<Hand>,
 }
 
 impl FakeRig {
@@ -25,6 +27,7 @@ impl FakeRig {
             force_n: 0.0,
             sequence: 0,
             time: RigTime::default(),
+            off: None,
         }
     }
 
@@ -41,6 +44,16 @@ impl FakeRig {
             Hand::Pointer(arm) => Some(arm.pointer()),
             _ => None,
         }
+    }
+
+    /// Takes the hand off the handle, or lays it on again.
+    pub fn let_go(&mut self, is_off: bool) {
+        if is_off == self.off.is_some() {
+            return;
+        }
+        let hand = self.off.take().unwrap_or(Hand::Free);
+        let before = self.plant.take_in_hand(hand);
+        self.off = is_off.then_some(before);
     }
 
     /// Lives until `now_ns`, ns. It begins at the first time.
@@ -120,6 +133,33 @@ mod tests {
             assert!((counts - counts.round()).abs() < 1e-6, "{sample:?}");
             assert_eq!(sample.time_ns, k * 1_000_000);
         }
+    }
+
+    #[test]
+    fn a_hand_that_is_off_moves_nothing_until_it_is_back() {
+        let motion = Motion::Sine {
+            amplitude_m: 0.03,
+            frequency_hz: 2.0,
+        };
+        let hand = Hand::Arm {
+            stiffness_n_per_m: 500.0,
+            damping_ns_per_m: 5.0,
+            motion,
+        };
+        let mut rig = FakeRig::new(RigProperties::default(), hand);
+        let travel = |rig: &mut FakeRig, from_ms: u64| {
+            let places = (from_ms..from_ms + 500).map(|ms| rig.read(ms * 1_000_000).expect("there").position_m);
+            let (least, most) = places.fold((f64::MAX, f64::MIN), |(least, most), at| (least.min(at), most.max(at)));
+            most - least
+        };
+        assert!(travel(&mut rig, 0) > 0.02);
+        rig.let_go(true);
+        rig.let_go(true);
+        // It coasts to a stop.
+        travel(&mut rig, 500);
+        assert!(travel(&mut rig, 1000) < 1e-6);
+        rig.let_go(false);
+        assert!(travel(&mut rig, 1500) > 0.02);
     }
 
     #[test]

@@ -388,11 +388,11 @@ impl Firmware {
                     rig.rest(rests);
                 }
             }
-            Misbehaviour::HandOff(is_off) => {
-                if let Mechanics::Plane(rig) = &mut self.mechanics {
-                    rig.let_go(is_off);
-                }
-            }
+            Misbehaviour::HandOff(is_off) => match &mut self.mechanics {
+                Mechanics::Line(rig) => rig.let_go(is_off),
+                Mechanics::TwoLines(rigs) => rigs.iter_mut().for_each(|rig| rig.let_go(is_off)),
+                Mechanics::Plane(rig) => rig.let_go(is_off),
+            },
             Misbehaviour::ForceLimit(limit_n) => self.properties.force_limit_n = limit_n,
             Misbehaviour::WatchdogMs(ms) => self.properties.watchdog_ms = ms,
             Misbehaviour::Error(code, detail) => return self.report(code, detail),

@@ -112,6 +112,11 @@ impl Plant {
         &self.hand
     }
 
+    /// Gives it another hand, and returns that before.
+    pub(super) fn take_in_hand(&mut self, hand: Hand) -> Hand {
+        std::mem::replace(&mut self.hand, hand)
+    }
+
     /// Lives through the `elapsed_s` seconds that end at `now_s`, with the motor at `force_n`.
     pub fn advance(&mut self, elapsed_s: f64, now_s: f64, force_n: f64) {
         if let Hand::Prescribed(motion) = &self.hand {

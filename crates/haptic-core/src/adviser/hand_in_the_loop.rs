@@ -10,6 +10,9 @@ use crate::parameters::Parameter;
 use crate::scene::Scene;
 use alloc::vec::Vec;
 
+/// How far inside its bound a damping is proposed: its digits are read by people, rounded.
+const INSIDE: f64 = 0.99;
+
 /// What the hand holds: a spring and a damper.
 #[derive(Clone, Copy, Debug)]
 struct Grip {
@@ -56,14 +59,24 @@ impl Grip {
     }
 
     /// A finding of the energy that a grip gives out, which no stiffness mends from a damping on (N s/m, 0 where the rig
-    /// takes up nothing).
-    fn mended_below(&self, damping: f64, finding: Finding) -> Finding {
-        let is_beyond_mending = !finding.passes && finding.fix.is_none();
+    /// takes up nothing). A smaller one does, by as much as the stiffness gives out in `late_s`, if that is less.
+    fn mended_below(&self, damping: f64, late_s: f64, finding: Finding) -> Finding {
+        if finding.passes || finding.fix.is_some() {
+            return finding;
+        }
+        let left = damping - self.stiffness * late_s;
+        let fix = |value| {
+            let parameter = self.damper;
+            Some(Fix { parameter, value })
+        };
+        if left > 0.0 {
+            return Finding {
+                fix: fix(INSIDE * left),
+                ..finding
+            };
+        }
         Finding {
-            fixed_below: is_beyond_mending.then_some(Fix {
-                parameter: self.damper,
-                value: damping,
-            }),
+            fixed_below: fix(damping),
             ..finding
         }
     }
@@ -84,18 +97,18 @@ pub(super) fn check(scene: &Scene, rig: &RigFacts, findings: &mut Vec<Finding>) 
         rig.damping,
         times.damping_needed(grip.stiffness, grip.damping),
     );
-    findings.push(grip.mended_below(rig.damping, passivity));
+    findings.push(grip.mended_below(rig.damping, times.lateness_s(), passivity));
     findings.extend(linear_stability(&grip, times, rig));
     if grip.stiffness == 0.0 {
         return;
     }
     let takes_up = rig.damping + rig.friction / EXPLORING_SPEED_MPS;
     let friction = grip.stiffest(Check::Friction, softened(takes_up));
-    findings.push(grip.mended_below(takes_up, friction));
+    findings.push(grip.mended_below(takes_up, times.lateness_s(), friction));
     if rig.resolution > 0.0 {
         let bound = 2.0 * (rig.friction / rig.resolution - grip.damping / t);
         let encoder = grip.stiffest(Check::Encoder, bound.max(0.0));
-        findings.push(grip.mended_below(rig.friction / rig.resolution * t, encoder));
+        findings.push(grip.mended_below(rig.friction / rig.resolution * t, 0.5 * t, encoder));
     }
 }
 

@@ -112,12 +112,8 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         ));
     }
     let console = Console::new("commission", arguments.yes)?;
-    let _: LeaseReply = daemon
-        .ask(Request::Lease {
-            timeout_ms: MAX_COMMISSION_LEASE_MS,
-        })
-        .await?;
-    let begun: CommissionReply = daemon.ask(Request::CommissionBegin { motor: arguments.motor }).await?;
+    let begin = Request::CommissionBegin { motor: arguments.motor };
+    let begun: CommissionReply = daemon.begin_with_lease(begin).await?;
     let largest_n = if arguments.check {
         CHECK_N.min(begun.force_limit_n)
     } else {

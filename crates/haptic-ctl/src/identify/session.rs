@@ -64,12 +64,7 @@ impl<'a> Session<'a> {
         range_m: Option<f64>,
         resets: u32,
     ) -> Result<Self, Failure> {
-        let _: LeaseReply = daemon
-            .ask(Request::Lease {
-                timeout_ms: MAX_COMMISSION_LEASE_MS,
-            })
-            .await?;
-        let begun: IdentificationReply = daemon.ask(Request::IdentifyBegin { range_m }).await?;
+        let begun: IdentificationReply = daemon.begin_with_lease(Request::IdentifyBegin { range_m }).await?;
         Ok(Self {
             daemon,
             console,

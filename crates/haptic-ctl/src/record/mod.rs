@@ -379,6 +379,7 @@ impl Session<'_> {
         summary_json["markers"] = markers.into();
         summary_json["faults"] = upsets.faults().count().into();
         summary_json["stops"] = upsets.stops().count().into();
+        summary_json["disconnections"] = upsets.disconnections().count().into();
         summary_json["complete"] = is_complete.into();
         match (is_streamed, json) {
             (true, true) => eprintln!("{}", output::json_text(&summary_json)?),

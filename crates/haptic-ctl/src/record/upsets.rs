@@ -1,14 +1,33 @@
-//! The faults and stops of a recording, for its last line.
+//! The faults, stops and disconnections of a recording, for its last line.
 
 use crate::output::count;
 use haptic_ipc::{Event, RigState};
 use std::fmt;
 
-/// A fault or a stop that came while the recording ran.
+/// Something that took the force away while the recording ran.
 pub(super) struct Upset {
     tick: u64,
-    /// Of a fault.
-    cause: Option<String>,
+    kind: UpsetKind,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum UpsetKind {
+    Fault(String),
+    Stop,
+    /// The device was gone.
+    Disconnection,
+}
+
+impl UpsetKind {
+    /// That of a state of the rig; `None` for one that is none.
+    fn of(state: RigState, fault: Option<&String>) -> Option<Self> {
+        match state {
+            RigState::Faulted => Some(Self::Fault(fault.map_or_else(|| "faulted".to_owned(), String::clone))),
+            RigState::Stopped => Some(Self::Stop),
+            RigState::Disconnected => Some(Self::Disconnection),
+            _ => None,
+        }
+    }
 }
 
 /// Those of a recording.
@@ -42,17 +61,8 @@ impl Upsets {
             }
             Event::State(event) => {
                 let is_new = std::mem::replace(&mut self.state, event.state) != event.state;
-                let cause = match event.state {
-                    RigState::Faulted => Some(event.fault.clone().unwrap_or_else(|| "faulted".to_owned())),
-                    RigState::Stopped => None,
-                    _ => return,
-                };
-                if is_new {
-                    self.found.push(Upset {
-                        tick: event.tick,
-                        cause,
-                    });
-                }
+                let kind = UpsetKind::of(event.state, event.fault.as_ref()).filter(|_| is_new);
+                self.found.extend(kind.map(|kind| Upset { tick: event.tick, kind }));
             }
             _ => {}
         }
@@ -65,11 +75,16 @@ impl Upsets {
     }
 
     pub(super) fn faults(&self) -> impl Iterator<Item = &Upset> {
-        self.recorded().filter(|upset| upset.cause.is_some())
+        self.recorded()
+            .filter(|upset| matches!(upset.kind, UpsetKind::Fault(_)))
     }
 
     pub(super) fn stops(&self) -> impl Iterator<Item = &Upset> {
-        self.recorded().filter(|upset| upset.cause.is_none())
+        self.recorded().filter(|upset| upset.kind == UpsetKind::Stop)
+    }
+
+    pub(super) fn disconnections(&self) -> impl Iterator<Item = &Upset> {
+        self.recorded().filter(|upset| upset.kind == UpsetKind::Disconnection)
     }
 
     /// Time from the first row, s.
@@ -85,13 +100,18 @@ impl fmt::Display for Upsets {
         for (what, number, first) in [
             ("fault", self.faults().count(), self.faults().next()),
             ("stop", self.stops().count(), self.stops().next()),
+            (
+                "disconnection",
+                self.disconnections().count(),
+                self.disconnections().next(),
+            ),
         ] {
             let Some(first) = first else { continue };
             let which = if number > 1 { ", the first" } else { "" };
-            let cause = first
-                .cause
-                .as_ref()
-                .map_or_else(String::new, |cause| format!(": {cause}"));
+            let cause = match &first.kind {
+                UpsetKind::Fault(cause) => format!(": {cause}"),
+                UpsetKind::Stop | UpsetKind::Disconnection => String::new(),
+            };
             write!(
                 f,
                 ", {}{which} at {:.3} s{cause}",
@@ -145,11 +165,12 @@ mod tests {
         upsets.take(&state(3100, RigState::Idle, None));
         upsets.take(&state(3200, RigState::Stopped, None));
         upsets.take(&state(3300, RigState::Faulted, Some("late")));
+        upsets.take(&state(3400, RigState::Disconnected, None));
         upsets.take(&state(5000, RigState::Stopped, None));
         upsets.take(&rows([3001, 4000]));
         assert_eq!(
             upsets.to_string(),
-            ", 2 faults, the first at 1.521 s: stalled, 1 stop at 2.200 s"
+            ", 2 faults, the first at 1.521 s: stalled, 1 stop at 2.200 s, 1 disconnection at 2.400 s"
         );
     }
 

@@ -181,15 +181,19 @@ fn lost(summary: &Summary) -> String {
     }
 }
 
-/// How often the rig was stopped and faulted.
+/// How often the rig was stopped, faulted and lost.
 fn faults(summary: &Summary) -> String {
     let times = |wanted: RigState| {
         let is_wanted = |event: &&Event| matches!(&event.what, EventKind::State { state, .. } if *state == wanted);
         summary.events.iter().filter(is_wanted).count() as u64
     };
-    match (times(RigState::Stopped), times(RigState::Faulted)) {
+    let stops_and_faults = match (times(RigState::Stopped), times(RigState::Faulted)) {
         (0, 0) => "none".to_owned(),
         (stops, faults) => format!("{}, {}", count(stops, "stop"), count(faults, "fault")),
+    };
+    match times(RigState::Disconnected) {
+        0 => stops_and_faults,
+        times => format!("{stops_and_faults}, {}", count(times, "disconnection")),
     }
 }
 

@@ -4,6 +4,7 @@ use super::reference;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
+use crate::stop;
 use haptic_core::Scene;
 use haptic_core::nearest::meant_or_semicolon;
 use haptic_core::scene::SceneFile;
@@ -18,10 +19,8 @@ pub(crate) async fn find(socket: Option<&Path>, text: &str) -> Result<Scene, Fai
 /// Finds a scene as it is on the daemon's rig; without a daemon as [`find`] does.
 pub(crate) async fn find_on_rig(socket: Option<&Path>, text: &str) -> Result<Scene, Failure> {
     let scene = Some(reference::read(text)?);
-    let mut daemon = match Daemon::connect(socket).await {
-        Ok(daemon) => daemon,
-        Err(Failure::Client(ClientError::NoDaemon { .. })) => return find(socket, text).await,
-        Err(failure) => return Err(failure),
+    let Some(mut daemon) = connected(socket).await? else {
+        return find(socket, text).await;
     };
     let reply: SceneReply = reference::ask(&mut daemon, Request::Get { scene }).await?;
     Ok(reply.scene)
@@ -42,13 +41,22 @@ pub(crate) async fn find_file(socket: Option<&Path>, text: &str) -> Result<Scene
             return file.map_err(|error| Failure::Usage(format!("{name}: {error}")));
         }
     }
-    let mut daemon = match Daemon::connect(socket).await {
-        Ok(daemon) => daemon,
-        Err(Failure::Client(ClientError::NoDaemon { .. })) => return Err(without_a_daemon(text)),
-        Err(failure) => return Err(failure),
-    };
+    let mut daemon = connected(socket).await?.ok_or_else(|| without_a_daemon(text))?;
     let reply: SceneReply = reference::ask(&mut daemon, Request::Get { scene: Some(scene) }).await?;
     Ok(reply.scene.into())
+}
+
+/// The daemon, if there is one: where none is named, the only one in reach.
+async fn connected(socket: Option<&Path>) -> Result<Option<Daemon>, Failure> {
+    let socket = match socket {
+        Some(socket) => Some(socket.to_owned()),
+        None => stop::only_one()?,
+    };
+    match Daemon::connect(socket.as_deref()).await {
+        Ok(daemon) => Ok(Some(daemon)),
+        Err(Failure::Client(ClientError::NoDaemon { .. })) => Ok(None),
+        Err(failure) => Err(failure),
+    }
 }
 
 fn built_in(name: &str) -> Option<&'static str> {

@@ -64,7 +64,8 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let study = store::read(path).ok().filter(|_| is_folder);
     let unfinished = study.as_ref().and_then(|(plan, about)| {
         let (done, of) = store::unfinished(path, plan, about)?;
-        let of = of.map_or_else(String::new, |of| format!(" of {of}"));
+        // A staircase may end before its last trial.
+        let of = of.map_or_else(String::new, |of| format!(" of at most {of}"));
         Some(format!("{done}{of} trials: the study is not finished"))
     });
     let (plan, about) = study.unzip();

@@ -7,7 +7,10 @@ use crate::stop::report::is_halted;
 use crate::theme::Palette;
 use crate::wording::{is_name_of, shortened};
 use egui::text::LayoutJob;
-use egui::{Align, Button, Color32, Frame, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2, vec2};
+use egui::{
+    Align, Align2, Area, Button, Color32, Frame, Id, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2,
+    vec2,
+};
 use haptic_ipc::RigState;
 use haptic_ipc::socket_path::{NamedSocket, label};
 
@@ -258,17 +261,31 @@ pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, is_at_recording: b
             ui.label("The panel keeps trying and connects by itself.");
             ui.add_space(8.0);
             offer_rigs(ui, &daemon.rigs, intents);
-            let start = ui.add(Button::new(RichText::new("Start the fake rig").size(16.0)).min_size(vec2(0.0, 36.0)));
-            let hint = "A simulated rig, until this window closes; the pointer is your hand on it";
-            if start.on_hover_text(hint).clicked() {
-                intents.push(Intent::StartFakeRig);
-            }
         }
     }
 }
 
-/// A button for each rig that the panel can connect to instead.
+/// Offers the rigs that there are instead of one that is gone, over its plots, which stay.
+pub(crate) fn offer_others(ui: &Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
+    if let (true, Link::Lost { .. }) = (daemon.was_connected, &daemon.link) {
+        let area = Area::new(Id::unique("other rigs")).anchor(Align2::CENTER_CENTER, Vec2::ZERO);
+        area.show(ui.ctx(), |ui| {
+            Frame::popup(ui.style()).show(ui, |ui| offer_rigs(ui, &daemon.rigs, intents));
+        });
+    }
+}
+
+/// A button for each rig that the panel can connect to instead, the fake one included.
 fn offer_rigs(ui: &mut Ui, rigs: &[NamedSocket], intents: &mut Vec<Intent>) {
+    offer_named_rigs(ui, rigs, intents);
+    let start = ui.add(Button::new(RichText::new("Start the fake rig").size(16.0)).min_size(vec2(0.0, 36.0)));
+    let hint = "A simulated rig, until this window closes; the pointer is your hand on it";
+    if start.on_hover_text(hint).clicked() {
+        intents.push(Intent::StartFakeRig);
+    }
+}
+
+fn offer_named_rigs(ui: &mut Ui, rigs: &[NamedSocket], intents: &mut Vec<Intent>) {
     if rigs.is_empty() {
         return;
     }

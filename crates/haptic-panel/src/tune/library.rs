@@ -31,13 +31,13 @@ pub(crate) fn show_scenes(ui: &mut Ui, daemon: &DaemonMirror, tuning: &Tuning, i
     });
 }
 
-/// The active scene: its name in the library where it was saved there and not changed since, else its title.
+/// The active scene: its name in the library, also where it was changed since; else its title.
 fn name(daemon: &DaemonMirror) -> &str {
     let title = &daemon.scene.name;
     let status = daemon.status.as_ref();
     let status = status.filter(|status| Some(status.revision) == daemon.scene.revision);
     let origin = status.and_then(|status| status.library_scene.as_ref());
-    match origin.filter(|origin| !origin.changed && !is_name_of(&origin.name, title)) {
+    match origin.filter(|origin| !is_name_of(&origin.name, title)) {
         Some(origin) => &origin.name,
         None => title,
     }

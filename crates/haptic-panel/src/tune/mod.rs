@@ -36,6 +36,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         if !model.daemon.was_connected {
             top_bar::explain_no_daemon(ui, &model.daemon, model.is_at_recording(), intents);
         }
+        top_bar::offer_others(ui, &model.daemon, intents);
         if model.daemon.was_connected || model.view.scope.has_samples(&model.tapes) {
             readouts::show(ui, &model.daemon, &model.tapes);
             plots::show(ui, model, intents);

@@ -104,6 +104,12 @@ fn a_panel_without_a_daemon_starts_a_fake_rig() {
     press(&mut panel, "Start the fake rig");
     assert_eq!(asked(&mut panel), [Intent::StartFakeRig]);
     assert_eq!(Intent::StartFakeRig.request(), None, "no daemon is asked");
+    // Again, where it has ended.
+    let mut panel = connected(RigState::Idle);
+    lose_the_daemon(&mut panel);
+    asked(&mut panel);
+    press(&mut panel, "Start the fake rig");
+    assert_eq!(asked(&mut panel), [Intent::StartFakeRig]);
 }
 
 #[test]

@@ -398,7 +398,7 @@ fn a_saved_scene_goes_by_the_name_under_which_it_was_saved() {
     let shown = |panel: &Panel| panel.get_by_label("scenes").value();
     for (name, changed, title) in [
         ("sticky", false, "sticky"),
-        ("sticky", true, "paper"),
+        ("sticky", true, "sticky"),
         ("paper", false, "paper"),
     ] {
         let name = name.to_owned();

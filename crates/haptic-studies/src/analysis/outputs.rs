@@ -71,7 +71,10 @@ fn files(
     for (name, table) in shown {
         files.push((format!("{name}.md"), table.markdown().into_bytes()));
         let has_dashes = table.rows.iter().flatten().any(|cell| cell == "-");
-        let notes = if has_dashes { dashes(name) } else { Vec::new() };
+        let mut notes = if has_dashes { dashes(name) } else { Vec::new() };
+        if table.rows.iter().flatten().any(|cell| cell.ends_with('*')) {
+            notes.push("*: p < 0.05, sign test, not corrected for the number of cells".to_owned());
+        }
         files.push((format!("{name}.tex"), table.latex(name, &notes).into_bytes()));
     }
     files.extend(data.iter().map(|(name, table)| (format!("{name}.csv"), table.csv())));

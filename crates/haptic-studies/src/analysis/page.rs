@@ -81,6 +81,10 @@ fn difficulty(analysis: &FittsAnalysis) -> Chart {
         "Index of difficulty (bit)",
         "Movement time (s)",
     );
+    if analysis.difficulty.len() > 1 {
+        let note = "Points of one difficulty stand side by side, the middle one at its place";
+        chart.notes.push(note.to_owned());
+    }
     let difficulties = points().map(|point| point.difficulty_bit);
     let extent_bit = difficulties.clone().fold(f64::MIN, f64::max) - difficulties.fold(f64::MAX, f64::min);
     #[expect(clippy::cast_precision_loss, reason = "a handful of resistances")]

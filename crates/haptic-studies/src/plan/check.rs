@@ -98,6 +98,17 @@ pub enum PlanError {
         /// Friction of the base, N.
         base_n: f64,
     },
+    /// A change of the static friction that is not felt.
+    #[error(
+        "case B: static_force = {static_n} N of the base is below its dynamic_force = {dynamic_n} N, at which the block \
+         lets go: a higher static friction would be felt less than its level says"
+    )]
+    NotFelt {
+        /// Static friction of the base, N.
+        static_n: f64,
+        /// Dynamic friction of the base, N.
+        dynamic_n: f64,
+    },
 }
 
 fn enough(gain: f64) -> String {

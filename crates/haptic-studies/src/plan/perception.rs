@@ -233,6 +233,9 @@ impl PerceptionPlan {
             }
         }
         let (level_n, (static_n, dynamic_n)) = (test.easiest_n(), self.base_n());
+        if test.case == Case::B && static_n < dynamic_n {
+            return Err(PlanError::NotFelt { static_n, dynamic_n });
+        }
         let base_n = static_n.min(dynamic_n);
         if test.case == Case::C && level_n > base_n {
             let case = test.case;

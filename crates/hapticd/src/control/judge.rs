@@ -3,7 +3,9 @@
 
 use crate::control::rig::commission_record::Findings;
 use crate::control::rig::known_rig::{KnownRig, TrialBasis};
-use crate::control::trial::{self, FACTOR, Gentler, MAX_SIGN_CHANGES_PER_S, Trial, TrialRig, gentler, worst_trial};
+use crate::control::trial::{
+    self, FACTOR, Gentler, MAX_JUMPS_PER_S, MAX_SIGN_CHANGES_PER_S, Trial, TrialRig, gentler, worst_trial,
+};
 use crate::threads::{WorkError, Workers};
 use haptic_core::Scene;
 use haptic_core::scene::Coupling;
@@ -184,13 +186,20 @@ fn refusal(what: &str, scene: &Scene, basis: &TrialBasis, worst: &Trial, gentler
             let unit = key.parameter.info().unit;
             error.about(key.to_string()).within(value, 0.0, *most, unit)
         }
-        None => error.within(worst.sign_changes_per_s, 0.0, MAX_SIGN_CHANGES_PER_S, "1/s"),
+        None if worst.sign_changes_per_s > MAX_SIGN_CHANGES_PER_S => {
+            error.within(worst.sign_changes_per_s, 0.0, MAX_SIGN_CHANGES_PER_S, "1/s")
+        }
+        None => error.within(worst.jumps_per_s, 0.0, MAX_JUMPS_PER_S, "1/s"),
     }
 }
 
 fn what_it_does(basis: &TrialBasis, worst: &Trial) -> String {
-    let most = number(MAX_SIGN_CHANGES_PER_S);
-    let mut message = format!("the scene would chatter on this rig: {worst} (allowed are {most} changes)");
+    let allowed = format!(
+        "{} changes and {} jumps",
+        number(MAX_SIGN_CHANGES_PER_S),
+        number(MAX_JUMPS_PER_S)
+    );
+    let mut message = format!("the scene would chatter on this rig: {worst} (allowed are {allowed})");
     if basis.rig.delay_s >= LATE_S {
         message.push_str(&format!(
             "; its link is late: {:.0} ms from a sample to the force for it",

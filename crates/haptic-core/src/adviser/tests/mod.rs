@@ -189,14 +189,23 @@ fn a_bound_that_no_stiffness_keeps_says_what_would() {
             "; no grip keeps it without friction of the rig's own",
         ),
     ] {
-        let found = find(&advise(&wall(1000.0, 20.0), Scheme::Exact, &rig), check);
+        let found = find(&advise(&wall(1e5, 20.0), Scheme::Exact, &rig), check);
         assert!(!found.passes && found.to_string().ends_with(ends), "{found}");
         // And it would.
         if let Some(Fix { value, .. }) = found.fixed_below.filter(|below| below.value > 0.0) {
-            let found = find(&advise(&wall(1000.0, 0.9 * value), Scheme::Exact, &rig), check);
-            let softer = found.fix.map_or(1000.0, |fix| 0.99 * fix.value);
+            let found = find(&advise(&wall(1e5, 0.9 * value), Scheme::Exact, &rig), check);
+            let softer = found.fix.map_or(1e5, |fix| 0.99 * fix.value);
             let found = find(&advise(&wall(softer, 0.9 * value), Scheme::Exact, &rig), check);
             assert!(found.passes, "{found}");
+        }
+        // A soft spring leaves something for a damper.
+        let found = find(&advise(&wall(500.0, 20.0), Scheme::Exact, &rig), check);
+        if let Some(Fix { parameter, value }) = found.fix {
+            assert_eq!(parameter, Parameter::Damping);
+            let found = find(&advise(&wall(500.0, value), Scheme::Exact, &rig), check);
+            assert!(found.passes, "{found}");
+        } else {
+            assert_eq!(rig.damping + rig.friction, 0.0, "{found}");
         }
     }
 }

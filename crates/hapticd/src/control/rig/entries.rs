@@ -8,6 +8,7 @@ use crate::log::Level;
 use crate::rt::handoff::{StopConfirmation, Stopped};
 use crate::rt::outbox::{Answers, TickRecord};
 use device_io::link::LinkMonitor;
+use haptic_core::sample::DeviceError;
 use haptic_core::servo::Fault;
 use haptic_ipc::{JournalEntry, RigState, StateChange};
 use std::time::Instant;
@@ -71,7 +72,15 @@ impl RigJournal {
             }
             match record.state {
                 RigState::Disconnected if self.presence.lost() => {
-                    self.entries.enter(Completion::Done, lost(Some(record.tick)));
+                    let mut entry = lost(Some(record.tick));
+                    let error = record.input_word.sample(0, 0, 0.0).err();
+                    if error != Some(DeviceError::Disconnected) {
+                        // The link holds: nobody need look for a plug.
+                        let why =
+                            error.map_or_else(|| "no new sample came in time".to_owned(), |error| error.to_string());
+                        entry.message = Some(format!("{}: {why}", facts.device));
+                    }
+                    self.entries.enter(Completion::Done, entry);
                 }
                 // A stop or a fault stays whether there is a device or not.
                 RigState::Disconnected | RigState::Stopped | RigState::Faulted => {}

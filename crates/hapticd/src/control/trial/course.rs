@@ -1,6 +1,6 @@
 //! One course of a trial: a hand, a tap, and the second after it.
 
-use super::{LIGHT_RIG_KG, MAX_SIGN_CHANGES_PER_S, Trial, TrialHand};
+use super::{LIGHT_RIG_KG, MAX_JUMPS_PER_S, MAX_SIGN_CHANGES_PER_S, Trial, TrialHand};
 use device_io::Device;
 use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
 use haptic_core::compensation::Compensation;
@@ -193,6 +193,9 @@ struct Count {
     last_n: f64,
     sign_changes: u32,
     late_sign_changes: u32,
+    /// The force of the tick before, N.
+    before_n: f64,
+    jumps: u32,
     at_limit: u32,
     greatest_force_n: f64,
     ticks: u32,
@@ -206,20 +209,24 @@ impl Count {
             last_n: 0.0,
             sign_changes: 0,
             late_sign_changes: 0,
+            before_n: 0.0,
+            jumps: 0,
             at_limit: 0,
             greatest_force_n: 0.0,
             ticks: 0,
         }
     }
 
-    /// Changes of sign a second so far.
-    fn sign_changes_per_s(&self, period_s: f64) -> f64 {
-        f64::from(self.sign_changes) / (f64::from(self.ticks.max(1)) * period_s)
+    /// A number so far as one a second.
+    fn per_s(&self, number: u32, period_s: f64) -> f64 {
+        f64::from(number) / (f64::from(self.ticks.max(1)) * period_s)
     }
 
     fn add(&mut self, force_n: f64) {
         self.ticks += 1;
         self.greatest_force_n = self.greatest_force_n.max(force_n.abs());
+        let jump_n = (force_n - std::mem::replace(&mut self.before_n, force_n)).abs();
+        self.jumps += u32::from(jump_n > FELT_SHARE * self.limit_n);
         self.at_limit += u32::from(force_n.abs() >= self.limit_n && self.limit_n > 0.0);
         if force_n.abs() > FELT_SHARE * self.limit_n {
             let has_changed = u32::from(self.last_n * force_n < 0.0);
@@ -322,7 +329,9 @@ pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, stroke
         } else {
             0.0
         };
-        if brief && f64::from(count.sign_changes) > MAX_SIGN_CHANGES_PER_S * JUDGED_S {
+        let is_over = f64::from(count.sign_changes) > MAX_SIGN_CHANGES_PER_S * JUDGED_S
+            || f64::from(count.jumps) > MAX_JUMPS_PER_S * JUDGED_S;
+        if brief && is_over {
             break;
         }
         if hand != TrialHand::Moving && tick >= tapped_until {
@@ -342,7 +351,8 @@ pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, stroke
     let judged = f64::from(count.ticks.max(1));
     Trial {
         hand,
-        sign_changes_per_s: count.sign_changes_per_s(period_s),
+        sign_changes_per_s: count.per_s(count.sign_changes, period_s),
+        jumps_per_s: count.per_s(count.jumps, period_s),
         share_at_limit: f64::from(count.at_limit) / judged,
         greatest_force_n: count.greatest_force_n,
         rests: hand == TrialHand::Moving || count.late_sign_changes < MAX_LATE_SIGN_CHANGES,

@@ -23,6 +23,10 @@ use std::fmt;
 /// period, of 10 Hz and more.
 pub(super) const MAX_SIGN_CHANGES_PER_S: f64 = 20.0;
 
+/// Most jumps of the force a second. Friction pulls to one side, so a loop may chatter without a change of sign; a block
+/// that sticks and slips lets go some ten times a second.
+pub(super) const MAX_JUMPS_PER_S: f64 = 100.0;
+
 /// Mass of a rig of which none is known, kg, where a scene is tried: that of light ones.
 pub(super) const LIGHT_RIG_KG: f64 = 0.1;
 
@@ -54,6 +58,8 @@ pub(super) struct Trial {
     pub(super) hand: TrialHand,
     /// Changes of sign of the force a second, where it exceeds a tenth of the rig's limit on both sides.
     pub(super) sign_changes_per_s: f64,
+    /// Changes of the force from tick to tick by more than a tenth of the rig's limit, a second.
+    pub(super) jumps_per_s: f64,
     /// Share of the time with the force at the rig's limit, 0 to 1.
     pub(super) share_at_limit: f64,
     /// Greatest size of the force, N.
@@ -67,7 +73,8 @@ pub(super) struct Trial {
 impl Trial {
     /// Whether a hand may feel this.
     pub(super) fn is_calm(&self) -> bool {
-        self.fault.is_none() && self.rests && self.sign_changes_per_s <= MAX_SIGN_CHANGES_PER_S
+        let is_quiet = self.sign_changes_per_s <= MAX_SIGN_CHANGES_PER_S && self.jumps_per_s <= MAX_JUMPS_PER_S;
+        self.fault.is_none() && self.rests && is_quiet
     }
 
     /// The worse one is the greater one.
@@ -77,17 +84,26 @@ impl Trial {
             .cmp(&other.fault.is_some())
             .then(other.is_calm().cmp(&self.is_calm()))
             .then(self.sign_changes_per_s.total_cmp(&other.sign_changes_per_s))
+            .then(self.jumps_per_s.total_cmp(&other.jumps_per_s))
             .then(self.share_at_limit.total_cmp(&other.share_at_limit))
     }
 }
 
 impl fmt::Display for Trial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ", self.hand)?;
+        if self.sign_changes_per_s <= MAX_SIGN_CHANGES_PER_S && self.jumps_per_s > MAX_JUMPS_PER_S {
+            let jumps = self.jumps_per_s;
+            write!(
+                f,
+                "its force jumps {jumps:.0} times a second by more than a tenth of the rig's limit"
+            )?;
+        } else {
+            write!(f, "it changes sign {:.0} times a second", self.sign_changes_per_s)?;
+        }
         write!(
             f,
-            "{} it changes sign {:.0} times a second, up to {:.2} N and {:.0} % of the time at the rig's limit",
-            self.hand,
-            self.sign_changes_per_s,
+            ", up to {:.2} N and {:.0} % of the time at the rig's limit",
             self.greatest_force_n,
             100.0 * self.share_at_limit
         )?;

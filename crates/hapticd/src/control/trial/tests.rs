@@ -61,6 +61,28 @@ fn worst(scene: &Scene, rig: &TrialRig) -> Trial {
 
 // hazard: H30
 #[test]
+fn what_jumps_to_one_side_would_chatter() {
+    let damped = TrialRig {
+        damping_ns_per_m: 12.0,
+        ..rig(1.4, 0.8, 20.0)
+    };
+    let scene = |stiffness| {
+        let key = |name: &str| name.parse().expect("a parameter");
+        let light = coupled(stiffness, 10.0).with(&[(key("mass"), 0.1)]);
+        light.expect("a valid scene")
+    };
+    let jumps = worst(&scene(4e5), &damped);
+    assert!(jumps.sign_changes_per_s <= MAX_SIGN_CHANGES_PER_S, "{jumps}");
+    assert!(
+        !jumps.is_calm() && jumps.to_string().contains("its force jumps"),
+        "{jumps}"
+    );
+    let quiet = worst(&scene(2e4), &damped);
+    assert!(quiet.is_calm(), "{quiet}");
+}
+
+// hazard: H30
+#[test]
 fn what_oscillates_by_itself_would_chatter() {
     let slow = TrialRig {
         delay_s: 0.082,
@@ -230,6 +252,7 @@ fn figures_are_told_with_their_hand() {
     let trial = Trial {
         hand: TrialHand::Absent,
         sign_changes_per_s: MAX_SIGN_CHANGES_PER_S + 105.0,
+        jumps_per_s: 0.0,
         share_at_limit: 0.78,
         greatest_force_n: 5.0,
         rests: false,
