@@ -82,12 +82,18 @@ fn loss_is_journalled_even_after_reset_of_silent_device() {
         wait_for(&mut client, "the next connection", |status| {
             connections(status) > before && status.state == RigState::Idle
         });
-        let ops = journal(&mut client).into_iter().map(|entry| entry.op);
-        let told: Vec<String> = ops.filter(|op| op.ends_with("connected")).collect();
+        let entries = journal(&mut client).into_iter();
+        let told: Vec<_> = entries.filter(|entry| entry.op.ends_with("connected")).collect();
         assert_eq!(
-            told,
+            told.iter().map(|entry| &*entry.op).collect::<Vec<_>>(),
             ["connected", "disconnected", "connected", "disconnected", "connected"]
         );
+        // Only the second time was there a plug to look for.
+        let is_without_samples = |at: usize| {
+            let message = told[at].message.as_deref();
+            message.is_some_and(|message| message.ends_with(": no new sample came in time"))
+        };
+        assert_eq!([1, 3].map(is_without_samples), [true, false], "{told:?}");
     });
 }
 

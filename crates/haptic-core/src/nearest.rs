@@ -65,7 +65,8 @@ pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     })
 }
 
-/// The only name of which a part between hyphens begins with a word, or is near it. What is said not to be is not meant.
+/// The only name of which a part between hyphens begins with a word, or is near it. What is said not to be is not
+/// meant.
 fn by_a_part<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     let is_meant = |part: &str| {
         let is_long = part.len() >= SHORTEST_PART && wrong.len() >= SHORTEST_PART;

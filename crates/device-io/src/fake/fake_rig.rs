@@ -118,13 +118,22 @@ mod tests {
     use crate::fake::Motion;
     use std::f64::consts::TAU;
 
+    const MOTION: Motion = Motion::Sine {
+        amplitude_m: 0.03,
+        frequency_hz: 2.0,
+    };
+
+    fn arm() -> Hand {
+        Hand::Arm {
+            stiffness_n_per_m: 500.0,
+            damping_ns_per_m: 5.0,
+            motion: MOTION,
+        }
+    }
+
     #[test]
     fn the_encoder_counts_and_the_hand_moves() {
-        let motion = Motion::Sine {
-            amplitude_m: 0.03,
-            frequency_hz: 2.0,
-        };
-        let mut rig = FakeRig::new(RigProperties::default(), Hand::Prescribed(motion));
+        let mut rig = FakeRig::new(RigProperties::default(), Hand::Prescribed(MOTION));
         for k in 0..1000_u64 {
             let sample = rig.read(5_000_000_000 + k * 1_000_000).expect("it is there");
             let exact = -0.03 * (TAU * 2.0 * k as f64 * 1e-3).cos();
@@ -137,16 +146,7 @@ mod tests {
 
     #[test]
     fn a_hand_that_is_off_moves_nothing_until_it_is_back() {
-        let motion = Motion::Sine {
-            amplitude_m: 0.03,
-            frequency_hz: 2.0,
-        };
-        let hand = Hand::Arm {
-            stiffness_n_per_m: 500.0,
-            damping_ns_per_m: 5.0,
-            motion,
-        };
-        let mut rig = FakeRig::new(RigProperties::default(), hand);
+        let mut rig = FakeRig::new(RigProperties::default(), arm());
         let travel = |rig: &mut FakeRig, from_ms: u64| {
             let places = (from_ms..from_ms + 500).map(|ms| rig.read(ms * 1_000_000).expect("there").position_m);
             let (least, most) = places.fold((f64::MAX, f64::MIN), |(least, most), at| (least.min(at), most.max(at)));
@@ -165,15 +165,7 @@ mod tests {
     #[test]
     fn two_runs_are_the_same_to_the_last_bit() {
         let run = || {
-            let hand = Hand::Arm {
-                stiffness_n_per_m: 500.0,
-                damping_ns_per_m: 5.0,
-                motion: Motion::Sine {
-                    amplitude_m: 0.03,
-                    frequency_hz: 2.0,
-                },
-            };
-            let mut rig = FakeRig::new(RigProperties::default(), hand);
+            let mut rig = FakeRig::new(RigProperties::default(), arm());
             for k in 0..2000_u64 {
                 let sample = rig.read(k * 1_000_000 + (k * 7919) % 300_000).expect("it is there");
                 rig.write(-300.0 * sample.position_m, true).expect("it is there");

@@ -26,7 +26,7 @@ pub(crate) async fn find_on_rig(socket: Option<&Path>, text: &str) -> Result<Sce
     Ok(reply.scene)
 }
 
-/// The same as it is written: its coupling may be the rig's. The daemon gives a scene on its own rig.
+/// Finds a scene as it is written, whose coupling may be left to the rig. The daemon gives one on its own rig.
 pub(crate) async fn find_file(socket: Option<&Path>, text: &str) -> Result<SceneFile, Failure> {
     let scene = match reference::read(text)? {
         SceneRef::Scene(scene) => return Ok(*scene),

@@ -78,15 +78,10 @@ fn show_what_if(ui: &mut Ui, daemon: &DaemonMirror, tapes: &mut Tapes, intents: 
                     path,
                     name,
                 },
-                Chosen::OwnScenes => Intent::WhatIf {
-                    number: tapes.ask_what_if(),
-                    path,
-                    scene: None,
-                },
                 Chosen::Scene(scene) => Intent::WhatIf {
                     number: tapes.ask_what_if(),
                     path,
-                    scene: Some(scene),
+                    scene,
                 },
             });
             return;
@@ -103,9 +98,8 @@ fn show_what_if(ui: &mut Ui, daemon: &DaemonMirror, tapes: &mut Tapes, intents: 
 
 /// What to render along a recording.
 enum Chosen {
-    /// Its own scenes.
-    OwnScenes,
-    Scene(Box<SceneFile>),
+    /// A scene, or its own ones.
+    Scene(Option<Box<SceneFile>>),
     /// A scene of the daemon's library.
     Saved(String),
 }
@@ -126,12 +120,12 @@ fn choose_scene(ui: &mut Ui, daemon: &DaemonMirror) -> Option<Chosen> {
         let item = ui.add_enabled(active.is_some(), Button::new(name));
         let item = item.on_disabled_hover_text("It needs a daemon");
         if item.accessible_name("what if: active scene").clicked() {
-            chosen = active.map(|scene| Chosen::Scene(Box::new(scene.clone().into())));
+            chosen = active.map(|scene| Chosen::Scene(Some(Box::new(scene.clone().into()))));
         }
         let item = ui.button("the recording's own scenes");
         let item = item.on_hover_text("A replay: the force is computed again from what was measured");
         if item.accessible_name("what if: own scenes").clicked() {
-            chosen = Some(Chosen::OwnScenes);
+            chosen = Some(Chosen::Scene(None));
         }
         ui.separator();
         let is_chosen = |ui: &mut Ui, name: &str| {
@@ -141,7 +135,8 @@ fn choose_scene(ui: &mut Ui, daemon: &DaemonMirror) -> Option<Chosen> {
         ScrollArea::vertical().max_height(SCENES_HEIGHT).show(ui, |ui| {
             for (name, text) in BUILT_IN_SCENES {
                 if is_chosen(ui, name) {
-                    chosen = toml::from_str(text).ok().map(|scene| Chosen::Scene(Box::new(scene)));
+                    let scene = toml::from_str(text).ok().map(Box::new);
+                    chosen = scene.map(|scene| Chosen::Scene(Some(scene)));
                 }
             }
             // Those that are built in have no file.

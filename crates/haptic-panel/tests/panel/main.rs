@@ -22,3 +22,4 @@ mod scene;
 mod stop;
 mod study;
 mod values;
+mod what_if;

@@ -82,7 +82,7 @@ fn difficulty(analysis: &FittsAnalysis) -> Chart {
         "Movement time (s)",
     );
     if analysis.difficulty.len() > 1 {
-        let note = "Points of one difficulty stand side by side, the middle one at its place";
+        let note = "Points of one difficulty stand side by side about its place";
         chart.notes.push(note.to_owned());
     }
     let difficulties = points().map(|point| point.difficulty_bit);

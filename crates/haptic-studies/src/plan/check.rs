@@ -100,8 +100,8 @@ pub enum PlanError {
     },
     /// A change of the static friction that is not felt.
     #[error(
-        "case B: static_force = {static_n} N of the base is below its dynamic_force = {dynamic_n} N, at which the block \
-         lets go: a higher static friction would be felt less than its level says"
+        "case B: static_force = {static_n} N of the base is below its dynamic_force = {dynamic_n} N, at which the \
+         block lets go: a higher static friction would be felt less than its level says"
     )]
     NotFelt {
         /// Static friction of the base, N.

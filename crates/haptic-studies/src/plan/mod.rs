@@ -234,6 +234,12 @@ mod tests {
             ),
             (
                 perception,
+                "static_force = 4.0",
+                "static_force = 3.0",
+                "case B: static_force = 3 N of the base is below its dynamic_force = 3.5 N",
+            ),
+            (
+                perception,
                 "correct_before_harder = 2",
                 "correct_before_harder = 0",
                 "tests.B.staircase.correct_before_harder = 0 is out of range: 1 to 10",

@@ -186,10 +186,10 @@ fn refusal(what: &str, scene: &Scene, basis: &TrialBasis, worst: &Trial, gentler
             let unit = key.parameter.info().unit;
             error.about(key.to_string()).within(value, 0.0, *most, unit)
         }
-        None if worst.sign_changes_per_s > MAX_SIGN_CHANGES_PER_S => {
-            error.within(worst.sign_changes_per_s, 0.0, MAX_SIGN_CHANGES_PER_S, "1/s")
+        None => {
+            let (measure_per_s, most_per_s) = worst.measure_per_s();
+            error.within(measure_per_s, 0.0, most_per_s, "1/s")
         }
-        None => error.within(worst.jumps_per_s, 0.0, MAX_JUMPS_PER_S, "1/s"),
     }
 }
 

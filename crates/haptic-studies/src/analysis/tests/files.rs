@@ -122,6 +122,27 @@ fn notes_of_a_latex_table_say_each_reason_once() {
 }
 
 #[test]
+fn star_of_a_sign_test_is_explained_below_its_latex_table() {
+    let of_subject = |code: &str| {
+        let baseline = segment((code, 1, "baseline", "easy"), [1.0, 1.0], (0, 0.0));
+        [baseline, segment((code, 2, "real", "easy"), [0.7, 0.7], (0, 0.0))].concat()
+    };
+    // All of six are better by chance in one of 32 studies.
+    let trials: Vec<FittsTrial> = ["a", "b", "c", "d", "e", "f"]
+        .into_iter()
+        .flat_map(of_subject)
+        .collect();
+    let files = fitts_files(&analysed(&trials), &[], &SubjectTable::default(), "A study");
+    let text = |name: &str| {
+        let (_, bytes) = files.iter().find(|(found, _)| found == name).expect(name);
+        String::from_utf8(bytes.clone()).expect("text")
+    };
+    let explained = |name: &str| text(name).contains("{*}: p \\textless{} 0.05, sign test");
+    assert!(text("table-3-time.tex").contains("6/0{*}") && explained("table-3-time.tex"));
+    assert!(!explained("table-4-errors.tex"), "no star, no note");
+}
+
+#[test]
 fn every_file_of_a_simulated_operator_says_so() {
     let mut trials = study();
     let mut heard = answers(

@@ -56,7 +56,7 @@ impl RigJournal {
             message: Some(message),
             ..JournalEntry::of(op)
         };
-        let lost = |tick| of_device("disconnected", tick, facts.device.clone());
+        let lost = |tick, message| of_device("disconnected", tick, message);
         let enable_button = facts.servo.get().enable_button;
         for record in changes {
             let now = ObservedState::of(record, enable_button);
@@ -72,15 +72,14 @@ impl RigJournal {
             }
             match record.state {
                 RigState::Disconnected if self.presence.lost() => {
-                    let mut entry = lost(Some(record.tick));
-                    let error = record.input_word.sample(0, 0, 0.0).err();
-                    if error != Some(DeviceError::Disconnected) {
-                        // The link holds: nobody need look for a plug.
-                        let why =
-                            error.map_or_else(|| "no new sample came in time".to_owned(), |error| error.to_string());
-                        entry.message = Some(format!("{}: {why}", facts.device));
-                    }
-                    self.entries.enter(Completion::Done, entry);
+                    let device = &facts.device;
+                    // Where the link holds, nobody need look for a plug.
+                    let message = match record.input_word.sample(0, 0, 0.0) {
+                        Err(DeviceError::Disconnected) => device.clone(),
+                        Err(error) => format!("{device}: {error}"),
+                        Ok(_) => format!("{device}: no new sample came in time"),
+                    };
+                    self.entries.enter(Completion::Done, lost(Some(record.tick), message));
                 }
                 // A stop or a fault stays whether there is a device or not.
                 RigState::Disconnected | RigState::Stopped | RigState::Faulted => {}
@@ -90,7 +89,7 @@ impl RigJournal {
         let Some(link) = &facts.link else { return };
         for change in self.presence.changes(link) {
             let entry = match change {
-                Change::Lost => lost(None),
+                Change::Lost => lost(None, facts.device.clone()),
                 Change::Found { firmware } => of_device("connected", None, format!("{}: {firmware}", facts.device)),
             };
             self.entries.enter(Completion::Done, entry);

@@ -23,8 +23,8 @@ use std::fmt;
 /// period, of 10 Hz and more.
 pub(super) const MAX_SIGN_CHANGES_PER_S: f64 = 20.0;
 
-/// Most jumps of the force a second. Friction pulls to one side, so a loop may chatter without a change of sign; a block
-/// that sticks and slips lets go some ten times a second.
+/// Most jumps of the force a second. Friction pulls to one side, so a loop may chatter without a change of sign; a
+/// block that sticks and slips lets go some ten times a second.
 pub(super) const MAX_JUMPS_PER_S: f64 = 100.0;
 
 /// Mass of a rig of which none is known, kg, where a scene is tried: that of light ones.
@@ -77,6 +77,20 @@ impl Trial {
         self.fault.is_none() && self.rests && is_quiet
     }
 
+    /// Whether its jumps are too many, but not its changes of sign.
+    fn jumps(&self) -> bool {
+        self.sign_changes_per_s <= MAX_SIGN_CHANGES_PER_S && self.jumps_per_s > MAX_JUMPS_PER_S
+    }
+
+    /// What it is judged by, a second, and the most that is allowed.
+    pub(super) fn measure_per_s(&self) -> (f64, f64) {
+        if self.jumps() {
+            (self.jumps_per_s, MAX_JUMPS_PER_S)
+        } else {
+            (self.sign_changes_per_s, MAX_SIGN_CHANGES_PER_S)
+        }
+    }
+
     /// The worse one is the greater one.
     fn compare(&self, other: &Self) -> Ordering {
         self.fault
@@ -91,19 +105,16 @@ impl Trial {
 
 impl fmt::Display for Trial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ", self.hand)?;
-        if self.sign_changes_per_s <= MAX_SIGN_CHANGES_PER_S && self.jumps_per_s > MAX_JUMPS_PER_S {
-            let jumps = self.jumps_per_s;
-            write!(
-                f,
-                "its force jumps {jumps:.0} times a second by more than a tenth of the rig's limit"
-            )?;
+        let (what, by) = if self.jumps() {
+            ("its force jumps", " by more than a tenth of the rig's limit")
         } else {
-            write!(f, "it changes sign {:.0} times a second", self.sign_changes_per_s)?;
-        }
+            ("it changes sign", "")
+        };
         write!(
             f,
-            ", up to {:.2} N and {:.0} % of the time at the rig's limit",
+            "{} {what} {:.0} times a second{by}, up to {:.2} N and {:.0} % of the time at the rig's limit",
+            self.hand,
+            self.measure_per_s().0,
             self.greatest_force_n,
             100.0 * self.share_at_limit
         )?;
