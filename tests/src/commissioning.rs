@@ -52,9 +52,7 @@ pub fn commission(socket: &Path, arguments: &[&str]) -> Value {
 pub fn begun(daemon: &Daemon) -> Client {
     let mut client = daemon.client();
     let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
-    let _: CommissionReply = client
-        .request(Request::CommissionBegin { motor: None })
-        .expect("the rig is idle");
+    let _: CommissionReply = client.request(Request::commission(None)).expect("the rig is idle");
     client
 }
 

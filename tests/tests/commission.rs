@@ -149,7 +149,14 @@ fn board_without_serial_number_is_confirmed_at_each_connection() {
         let link = directory.path().join("rig");
         let rig = FakeRig::start_at(&link, &OWN);
         let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
-        assert_eq!(daemon.ctl(&["commission", "--check", "--yes"]).status.code(), Some(1));
+        let ticks = Ticks::of(&daemon);
+        let unknown = daemon.ctl(&["commission", "--check", "--yes"]);
+        assert_eq!(unknown.status.code(), Some(1));
+        assert!(stderr(&unknown).contains("never commissioned"), "{}", stderr(&unknown));
+        assert!(
+            ticks.come_so_far().iter().all(|row| row.command_force_n == 0.0),
+            "no push"
+        );
         commission(daemon.socket(), &["--range", "skip"]);
         engage(&mut client);
 

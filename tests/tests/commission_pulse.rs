@@ -98,7 +98,7 @@ fn commissioning_locks_out_other_clients_and_names_the_holder() {
     let rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut other) = daemon(&rig, &["--uncommissioned"]);
     let _: LeaseReply = other.request(Request::Lease { timeout_ms: 5000 }).expect("a lease");
-    let error = refused(&mut other, Request::CommissionBegin { motor: None });
+    let error = refused(&mut other, Request::commission(None));
     assert!(error.message.contains("2000 ms"), "the lease is too long: {error}");
     let _: LeaseReply = other.request(Request::Lease { timeout_ms: 0 }).expect("no lease");
 
@@ -107,7 +107,7 @@ fn commissioning_locks_out_other_clients_and_names_the_holder() {
     for request in [
         Request::engage(),
         Request::load(SceneRef::Name("viscous-drag".to_owned())),
-        Request::CommissionBegin { motor: None },
+        Request::commission(None),
     ] {
         let error = refused(&mut other, request);
         assert_eq!(error.code, ErrorCode::Commissioning);

@@ -112,6 +112,9 @@ fn all_option_lists_every_rig_without_waiting_for_dead_ones() {
     ] {
         is_refused(part, &ctl(rigs, arguments), 2, &[part]);
     }
+    let nobody = tempfile::tempdir().expect("a directory");
+    let alone = ctl(nobody.path(), &["--all", "status"]);
+    is_refused("no rig", &alone, 3, &["there is no socket of a rig"]);
 }
 
 /// Two rigs of one person, both engaged.

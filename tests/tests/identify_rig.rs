@@ -206,7 +206,7 @@ fn identification_locks_out_others_and_names_exceeded_bound() {
     for request in [
         Request::engage(),
         Request::load(SceneRef::Name("viscous-drag".to_owned())),
-        Request::CommissionBegin { motor: None },
+        Request::commission(None),
         Request::IdentifyBegin { range_m: Some(0.1) },
     ] {
         let _: LeaseReply = other.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");

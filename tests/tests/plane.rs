@@ -78,7 +78,7 @@ fn what_a_rig_of_two_axes_has_not_is_refused_by_name() {
     );
     daemon.ctl_refused(&["home"], 1, "only kinematics with `home_deg` have one");
     let mut client = daemon.client();
-    let error = refused(&mut client, Request::CommissionBegin { motor: None });
+    let error = refused(&mut client, Request::commission(None));
     assert_eq!(error.code, ErrorCode::NotApplicable, "{error}");
     assert!(error.message.contains("name `motor` 1 or 2"), "{error}");
 }
@@ -273,9 +273,7 @@ fn homed_commissioned_and_engaged() {
     assert!(error.message.contains("motor 1"), "{error}");
     let mut other = daemon.client();
     let _: LeaseReply = other.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
-    let _: CommissionReply = other
-        .request(Request::CommissionBegin { motor: Some(1) })
-        .expect("the rig is idle");
+    let _: CommissionReply = other.request(Request::commission(Some(1))).expect("the rig is idle");
     daemon.ctl_refused(&["home"], 1, "cannot take the home pose");
     drop(other);
     wait_for(&mut client, "nobody who commissions", |status| {
@@ -369,9 +367,7 @@ fn pulse_is_not_given_where_the_hand_was_before_the_ramp() {
         wait_for(&mut client, "an idle rig", |status| status.state == RigState::Idle);
         homed_and_let_go(&mut rig, &daemon, &mut client);
         let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
-        let _: CommissionReply = client
-            .request(Request::CommissionBegin { motor: Some(1) })
-            .expect("the rig is idle");
+        let _: CommissionReply = client.request(Request::commission(Some(1))).expect("the rig is idle");
         // It is taken home, which is outside.
         rig.fail("hand-rests on");
         rig.fail("hand-off off");

@@ -102,7 +102,7 @@ fn rigs(is_stop: bool, named: Option<&Path>) -> Result<Vec<NamedSocket>, Failure
     }
     if sockets.is_empty() {
         let message = "there is no socket of a rig on this machine; --socket names one more";
-        return Err(Failure::Usage(message.to_owned()));
+        return Err(Failure::NoRig(message.to_owned()));
     }
     Ok(sockets)
 }

@@ -22,6 +22,8 @@ pub(crate) enum Failure {
     Halted(String),
     /// The daemon cannot be asked to stop: it is not there, or it does not answer.
     CannotStop(Box<Failure>),
+    /// No rig is in reach.
+    NoRig(String),
     /// The device that was asked has not answered.
     NoDevice(String),
     /// Something is wrong with the rig, or with the person at it.
@@ -105,6 +107,7 @@ impl Failure {
                 | ClientError::Closed
                 | ClientError::Io(_),
             ) => (3, "no_daemon"),
+            Self::NoRig(_) => (3, "no_daemon"),
             Self::Client(ClientError::Permission { .. }) => (4, "no_permission"),
             Self::Client(ClientError::Version { .. }) => (1, "other_version"),
             Self::Client(_) => (1, "bad_answer"),
@@ -144,6 +147,7 @@ impl Failure {
             | Self::TimedOut(message)
             | Self::Halted(message)
             | Self::File(message)
+            | Self::NoRig(message)
             | Self::NoDevice(message)
             | Self::BadRig(message)
             | Self::NotComparable(message)

@@ -3,7 +3,7 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{console, output};
-use haptic_ipc::{LinkStatus, Request, RigFrictionStatus, RigState, ScheduleStatus, Status, socket_path};
+use haptic_ipc::{ForceLimitBy, LinkStatus, Request, RigFrictionStatus, RigState, ScheduleStatus, Status, socket_path};
 use std::path::Path;
 
 pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>, json: bool) -> Result<(), Failure> {
@@ -55,9 +55,13 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
         (
             "force",
             format!(
-                "{} on the hand, limits {} N, {} N/s, {} m/s, {} m/s^2",
+                "{} on the hand, limits {} N{}, {} N/s, {} m/s, {} m/s^2",
                 force(status),
                 output::figure(status.device.force_limit_n),
+                match status.device.force_limit_by {
+                    ForceLimitBy::Device => " (the device's)",
+                    _ => "",
+                },
                 output::figure(status.device.slew_limit_n_per_s),
                 output::figure(status.device.speed_limit_mps),
                 output::figure(status.device.acceleration_limit_mps2)
@@ -216,13 +220,16 @@ fn link_rows(link: &LinkStatus) -> Vec<(&'static str, String)> {
     let drift = link
         .clock_drift_ppm
         .map_or_else(|| "not known yet".to_owned(), |ppm| format!("{ppm:+.1} ppm"));
-    rows.push((
-        "link",
-        format!(
-            "round trip {:.0} us (longest {:.0}), newest sample {:.0} us old, device clock {drift}",
-            link.round_trip_us, link.round_trip_max_us, link.age_us
-        ),
-    ));
+    // Without a device these are of the one that is gone.
+    if link.device.is_some() {
+        rows.push((
+            "link",
+            format!(
+                "round trip {:.0} us (longest {:.0}), newest sample {:.0} us old, device clock {drift}",
+                link.round_trip_us, link.round_trip_max_us, link.age_us
+            ),
+        ));
+    }
     let counts = &link.counts;
     rows.push((
         "samples",

@@ -254,6 +254,8 @@ operations! {
     CommissionBegin "commission.begin" {} optional {
         /// Motor of a rig of two axes.
         motor: Option<u32> where MOTOR,
+        /// Only for `commission.confirm`: refuse a rig that was not commissioned.
+        check: Option<bool>,
     } -> crate::CommissionReply;
     /// Move the handle by a pulse of force.
     CommissionPulse "commission.pulse" {
@@ -320,6 +322,12 @@ impl Request {
     #[must_use]
     pub const fn engage() -> Self {
         Self::Engage { anyway: false }
+    }
+
+    /// The rig alone, to commission it, or this motor of two axes.
+    #[must_use]
+    pub const fn commission(motor: Option<u32>) -> Self {
+        Self::CommissionBegin { motor, check: None }
     }
 
     /// Events of these topics, samples of every tick.

@@ -309,12 +309,15 @@ mod tests {
         let (mut app, ctx) = (app(), egui::Context::default());
         let input = press(Key::Escape, ViewportId::ROOT);
         app.take_keys(&input);
-        let result = Ok(haptic_ipc::StateReply {
-            state: haptic_ipc::RigState::Stopped,
-            tick: 9,
-        });
-        let after = Duration::from_millis(3);
-        app.hear(Update::Stop(StopNews::Answered { after, result }));
+        // Both connections have it: the second finds the rig stopped.
+        for tick in [9, 12] {
+            let result = Ok(haptic_ipc::StateReply {
+                state: haptic_ipc::RigState::Stopped,
+                tick,
+            });
+            let after = Duration::from_millis(3);
+            app.hear(Update::Stop(StopNews::Answered { after, result }));
+        }
         draw(&ctx, input, |ui| app.show(ui));
         let told = &app.model.daemon.stop;
         assert!(matches!(told, StopReport::Confirmed { tick: 9, .. }), "{told:?}");

@@ -112,7 +112,10 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         ));
     }
     let console = Console::new("commission", arguments.yes)?;
-    let begin = Request::CommissionBegin { motor: arguments.motor };
+    let begin = Request::CommissionBegin {
+        motor: arguments.motor,
+        check: arguments.check.then_some(true),
+    };
     let begun: CommissionReply = daemon.begin_with_lease(begin).await?;
     let largest_n = if arguments.check {
         CHECK_N.min(begun.force_limit_n)

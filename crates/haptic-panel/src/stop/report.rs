@@ -136,13 +136,16 @@ impl StopReport {
         if let Ok(StateReply { state, tick }) = result
             && is_halted(state)
         {
-            let after = match self {
-                Self::Confirmed { after, .. } => *after,
+            *self = match *self {
+                // The second connection's, which found the rig stopped.
+                Self::Confirmed { after, tick: first } => Self::Confirmed {
+                    after,
+                    tick: first.min(tick),
+                },
                 // The rig was reset since.
                 Self::Settled if known_tick.is_some_and(|known| known > tick) => return None,
-                _ => after,
+                _ => Self::Confirmed { after, tick },
             };
-            *self = Self::Confirmed { after, tick };
             return Some((state, tick));
         }
         if matches!(self, Self::Confirmed { .. }) {

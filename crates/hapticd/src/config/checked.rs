@@ -359,7 +359,10 @@ impl Options {
         let Some(path) = &self.scene else {
             return Ok(Scene::light_block().into());
         };
-        let mut scene: SceneFile = read_toml(path)?;
+        let mut scene: SceneFile = read_toml(path).map_err(|error| match error {
+            ConfigError::Read { path, source } => ConfigError::NoScene { path, source },
+            other => other,
+        })?;
         if scene.name.is_empty() {
             scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }

@@ -20,6 +20,8 @@ pub(crate) enum ConfigError {
         line: usize,
         source: Box<ConfigError>,
     },
+    #[error("scene = {}: {source}", .path.display())]
+    NoScene { path: PathBuf, source: std::io::Error },
     #[error("{}: {source}", .path.display())]
     Scene { path: PathBuf, source: SceneError },
     #[error(transparent)]

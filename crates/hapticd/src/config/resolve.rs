@@ -125,6 +125,10 @@ mod tests {
             ),
             ("device = \"fake\"\nrate=50\n", "line 2: rate = 50 Hz is out of range"),
             (
+                "device = \"fake\"\nscene = \"not/here.toml\"\n",
+                "line 2: scene = not/here.toml: No such file",
+            ),
+            (
                 "device = \"fake\"\nforce-limit = 5\n",
                 "line 2: unknown field `force-limit`, did you mean `force-limit-n`?",
             ),

@@ -33,8 +33,13 @@ pub(in crate::control) async fn begin(
     rig: &RigHandle,
     by: Requester<'_>,
     motor: Option<u32>,
+    is_check: bool,
 ) -> Result<CommissionReply, WireError> {
     let device = ConnectedDevice::find(&rig.facts).ok_or_else(|| no_device("commission"))?;
+    // Before anything moves.
+    if is_check && rig.facts.link.is_some() {
+        rig.records().of_parts(&rig.facts.state_dir, &device).await?;
+    }
     let refuse = |message: &str| Err(WireError::new(ErrorCode::NotApplicable, message).about("motor"));
     let motor = match (motor, device.motors) {
         (None, 1) => None,

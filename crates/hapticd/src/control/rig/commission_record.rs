@@ -208,6 +208,29 @@ impl Records {
         }
     }
 
+    /// The record of each motor of a device that was commissioned.
+    ///
+    /// # Errors
+    /// One was not, or has changed too much since.
+    pub(in crate::control) async fn of_parts(
+        &self,
+        state_dir: &Path,
+        device: &ConnectedDevice,
+    ) -> Result<Vec<(ConnectedDevice, Record)>, WireError> {
+        let mut records = Vec::new();
+        for part in device.parts() {
+            let record = self.of_this_rig(state_dir, &part).await.map_err(|why| {
+                let message = format!(
+                    "cannot take {} for a commissioned rig: {why}: run `haptic-ctl commission`",
+                    part.rig.key
+                );
+                WireError::new(ErrorCode::NotCommissioned, message).about("rig")
+            })?;
+            records.push((part, record));
+        }
+        Ok(records)
+    }
+
     /// Takes a device for the rig that was commissioned, as it is now, for as long as it is connected; of one with a
     /// serial number this stays known.
     ///
@@ -219,18 +242,8 @@ impl Records {
         device: &ConnectedDevice,
         by: &Peer,
     ) -> Result<(), WireError> {
-        let mut records = Vec::new();
-        for part in device.parts() {
-            let record = self.of_this_rig(state_dir, &part).await.map_err(|why| {
-                let message = format!(
-                    "cannot take {} for a commissioned rig: {why}: run `haptic-ctl commission`",
-                    part.rig.key
-                );
-                WireError::new(ErrorCode::NotCommissioned, message).about("rig")
-            })?;
-            records.push((Origin::now(&part, by), record));
-        }
-        for (origin, record) in records {
+        for (part, record) in self.of_parts(state_dir, device).await? {
+            let origin = Origin::now(&part, by);
             if origin.is_of_the_same(&record.origin) {
                 self.taken_for_the_rig(device.connection);
             } else {

@@ -106,7 +106,9 @@ impl Client {
             Request::Lease { timeout_ms } => answer(id, Ok(lease::lease(rig, by, timeout_ms))),
             Request::Hand { target_m } => answer(id, hand::point(&rig.facts, by, target_m)),
             Request::Home {} => answer(id, home::home(rig, by).await),
-            Request::CommissionBegin { motor } => answer(id, commission::begin(rig, by, motor).await),
+            Request::CommissionBegin { motor, check } => {
+                answer(id, commission::begin(rig, by, motor, check == Some(true)).await)
+            }
             Request::CommissionPulse { force_n, duration_ms } => {
                 answer(id, commission::pulse(&self.rig, by, force_n, duration_ms).await)
             }
