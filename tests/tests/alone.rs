@@ -4,7 +4,6 @@
 mod attacks;
 mod firmware_ports;
 mod firmware_rendering;
-mod held_bytes;
 mod machines;
 mod processor_share;
 mod real_time_claims;

@@ -4,9 +4,9 @@
 use crate::one_of_two;
 use std::fs;
 use std::path::{Path, PathBuf};
-use system_tests::console::{Reader, Step, is_as_shown, steps};
+use system_tests::console::Reader;
 use system_tests::fake_rig::FakeRig;
-use system_tests::links::{anchors, dead_ends, links};
+use system_tests::links::{dead_ends, links};
 use system_tests::timed;
 
 fn root() -> PathBuf {
@@ -220,67 +220,4 @@ fn every_link_leads_somewhere() {
         .flat_map(|document| dead_ends(document, &fs::read_to_string(document).expect("a document")))
         .collect();
     assert!(found.is_empty(), "{}", found.join("\n"));
-}
-
-#[test]
-fn a_link_that_leads_nowhere_is_found() {
-    let page = "# One (1)\n[a](#one-1) [b](#two) `[c](none)`\n```text\n[d](none)\n```\n[e](page.md#one-1) [f](none.md#x) \
-                [g](https://example.org/none)\n## Same\n## Same\n[h](#same-1)";
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("page.md");
-    fs::write(&path, page).expect("it can be written");
-    let found = dead_ends(&path, page);
-    assert_eq!(found.len(), 2, "{found:?}");
-    assert!(found[0].ends_with("page.md has no heading #two"), "{found:?}");
-    assert!(found[1].ends_with(":6: there is no none.md"), "{found:?}");
-    assert!(anchors(page).contains("same-1"));
-}
-
-#[test]
-fn what_a_page_shows_is_told_from_what_it_does_not() {
-    let shown = |lines: &[&str]| lines.iter().map(|line| (*line).to_owned()).collect::<Vec<_>>();
-    for (lines, printed) in [
-        (vec!["a", "b"], vec!["a", "b  "]),
-        (vec!["a", "...", "d"], vec!["a", "b", "c", "d"]),
-        (vec!["...", "d"], vec!["d"]),
-        (vec!["at ... of ..."], vec!["at 7 ms of tick 9"]),
-    ] {
-        assert!(is_as_shown(&shown(&lines), &printed), "{lines:?}");
-    }
-    for (lines, printed) in [
-        (vec!["a"], vec!["a", "b"]),
-        (vec!["a", "b"], vec!["a"]),
-        (vec![], vec!["a"]),
-        (vec!["a", "...", "d"], vec!["a", "d", "e"]),
-        (vec!["at ... of ..."], vec!["at 7 ms"]),
-        (vec!["... ms"], vec!["7 ms late"]),
-    ] {
-        assert!(!is_as_shown(&shown(&lines), &printed), "{lines:?}");
-    }
-}
-
-#[test]
-fn a_page_that_shows_something_else_than_what_comes_is_found() {
-    let follow = |page: &str| Reader::new().follow(page);
-    let block = |remark: &str, body: &str| format!("{remark}\n```console\n{body}\n```\n");
-    assert_eq!(follow(&block("", "$ echo one \\\n  two\none two\n$ true")), Ok(()));
-    assert_eq!(follow(&block("<!-- exit code: 3 -->", "$ exit 3")), Ok(()));
-    assert_eq!(
-        follow(&block("<!-- not run: it wants a board -->", "$ make flash")),
-        Ok(())
-    );
-    for (page, told) in [
-        (
-            block("", "$ echo one\ntwo"),
-            "line 2: `echo one` is shown with\ntwo\nand prints\none",
-        ),
-        (block("", "$ false"), "instead of 0"),
-        (block("<!-- keeps running -->", "$ echo one\ntwo"), "and prints\none"),
-        ("<!-- Ctrl-C: hapticd -->".to_owned(), "no hapticd runs"),
-    ] {
-        let why = follow(&page).expect_err(told);
-        assert!(why.contains(told), "{why}");
-    }
-    let steps = steps(&block("<!-- not run: it wants a board -->", "$ make flash"));
-    assert!(matches!(&steps[..], [(2, Step::NotRun { why, .. })] if why == "it wants a board"));
 }

@@ -6,12 +6,9 @@ use haptic_ipc::{
     StateReply, Status, Topic,
 };
 use haptic_recording::Reader;
-use rustix::process::Signal;
 use std::path::PathBuf;
 use system_tests::commissioning::daemon as idle_daemon;
 use system_tests::fake_rig::FakeRig;
-use system_tests::process::end;
-use system_tests::recorded::wait_for_more_rows;
 use system_tests::{Daemon, engage, refused, status, subscribe, timed, until_some, wait_for};
 
 const FIVE_BAR: &str = r#"
@@ -128,60 +125,6 @@ fn circle_is_recorded_in_every_format() {
         }
         daemon.ctl_refused(&["compare", whole_name, part_name], 2, "a recording of two axes");
     }
-}
-
-#[test]
-fn circle_with_scene_changes_and_a_stop_is_replayed() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let file = directory.path().join("circle.mcap");
-    let daemon = Daemon::start_on("fake", &["--kinematics", "xy", "--hand", "circle", "--ramp-ms=70"]);
-    daemon.ctl_ok(&["engage", "--wait", "--anyway"]);
-    // It begins with force.
-    let recorder = daemon.recorder(&file, &[]);
-    wait_for_more_rows(&file, 200);
-    daemon.ctl_ok(&["set", "Fs=8", "Fd=5", "--ramp=300ms", "--anyway"]);
-    wait_for_more_rows(&file, 500);
-    daemon.ctl_ok(&["scene", "load", "viscous-drag", "--ramp=200ms", "--anyway"]);
-    wait_for_more_rows(&file, 400);
-    daemon.ctl_ok(&["undo", "--anyway"]);
-    wait_for_more_rows(&file, 100);
-    daemon.ctl_ok(&["stop"]);
-    wait_for_more_rows(&file, 100);
-    daemon.ctl_ok(&["reset"]);
-    daemon.ctl_ok(&["engage", "--wait", "--anyway"]);
-    wait_for_more_rows(&file, 300);
-    assert!(end(recorder, Signal::INT).status.success());
-    let name = file.to_str().expect("text");
-    let report = daemon.ctl_json(&["replay", name]);
-    assert_eq!(
-        (&report["differing"], &report["not_compared"]),
-        (&0.into(), &0.into()),
-        "{report}"
-    );
-    assert!(report["with_force"].as_u64() > Some(1000), "{report}");
-    let same = daemon.ctl_json(&["replay", name, "--scheme", "exact"]);
-    assert_eq!(same["largest_difference"], serde_json::Value::Null, "{same}");
-    assert_eq!(same["recorded"], same["what_if"]);
-    let out = directory.path().join("felt.csv");
-    let out_name = out.to_str().expect("text");
-    let drag = daemon.ctl_json(&[
-        "replay",
-        name,
-        "--scene",
-        "viscous-drag",
-        "--set",
-        "b=40",
-        "--out",
-        out_name,
-    ]);
-    assert_eq!(drag["recorded"], same["recorded"]);
-    assert!(drag["largest_difference"]["what_if_y_N"].is_f64(), "{drag}");
-    let felt = std::fs::read_to_string(&out).expect("written");
-    let mut lines = felt.lines().map(|line| line.split(',').collect::<Vec<_>>());
-    let columns = lines.next().expect("a header");
-    assert_eq!(columns.len(), 16);
-    assert!(lines.all(|cells| cells.len() == 16));
-    daemon.ctl_refused(&["replay", name, "--scene", "lugre"], 1, "is for a rig of one axis");
 }
 
 #[test]

@@ -74,68 +74,6 @@ fn is_table(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "csv")
 }
 
-/// Numbers that look random, from 0 to 1.
-fn random(seed: &mut u64) -> f64 {
-    *seed = seed
-        .wrapping_mul(6_364_136_223_846_793_005)
-        .wrapping_add(1_442_695_040_888_963_407);
-    (*seed >> 33) as f64 / (1_u64 << 31) as f64
-}
-
-#[test]
-fn a_study_that_is_killed_at_any_moment_resumes_at_that_trial() {
-    let parent = tempfile::tempdir().expect("a folder");
-    let plan = small_plan(parent.path(), 3);
-    let (whole, killed) = (parent.path().join("whole"), parent.path().join("killed"));
-    let done = run(&study(plain(&plan), &whole, &[]));
-    assert!(done.status.success(), "{}", stderr(&done));
-    assert!(
-        text(&done.stdout).contains("operator: simulated: 42 trials"),
-        "{}",
-        text(&done.stdout)
-    );
-    let all_bytes = rows(&whole);
-    let resume = ["study", "resume", plain(&killed)].map(str::to_owned);
-    let mut seed = 1;
-    let mut moments: Vec<f64> = (0..test_run::extent(3, 50)).map(|_| random(&mut seed)).collect();
-    moments.sort_by(f64::total_cmp);
-    for share in moments {
-        // Killed while it is made there is nothing yet to resume, and it is begun again.
-        let is_there = killed.join("study.json").exists();
-        let mut program = start(&if is_there {
-            resume.to_vec()
-        } else {
-            study(plain(&plan), &killed, &[])
-        });
-        while (rows(&killed) as f64) < share * all_bytes as f64 && program.try_wait().expect("a state").is_none() {
-            std::thread::yield_now();
-        }
-        let before = files(&killed);
-        program.kill().expect("killed");
-        program.wait().expect("ended");
-        let after = files(&killed);
-        for (path, bytes) in before.iter().filter(|(path, _)| is_table(path)) {
-            // A row that is under way may be taken away.
-            let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
-            assert!(
-                after[path].starts_with(&bytes[..whole]),
-                "a row is gone: {}",
-                path.display()
-            );
-        }
-    }
-    let done = run(&resume);
-    assert!(done.status.success(), "{}", stderr(&done));
-    let (whole, killed) = (files(&whole), files(&killed));
-    for (path, bytes) in &whole {
-        if path.extension().is_none_or(|ending| ending != "mcap") {
-            assert!(killed.get(path) == Some(bytes), "{} differs", path.display());
-        } else {
-            assert!(killed.contains_key(path), "{} is missing", path.display());
-        }
-    }
-}
-
 #[test]
 fn interrupt_ends_study_cleanly_and_second_program_is_refused() {
     let parent = tempfile::tempdir().expect("a folder");

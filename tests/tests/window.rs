@@ -13,7 +13,6 @@ use haptic_ipc::{
 };
 use haptic_studies::plan::{Plan, Task};
 use haptic_studies::store::{Study, StudyDescription};
-use rustix::process::{Pid, Signal, kill_process};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -35,33 +34,8 @@ const MAX_DIFFERENT: f64 = 0.001;
 /// Where the field of the mass is, pixels.
 const MASS_FIELD: (usize, usize) = (262, 289);
 
-/// The rail of its slider, from left to right, pixels.
-const MASS_SLIDER: ([usize; 4], usize) = ([60, 90, 120, 150], 289);
-
-/// The fill of the rig's state, left of its text, pixels.
-const STATE: (usize, usize) = (16, 30);
-
-/// Within the field of a note on a moment, left of its text and below it, pixels.
-const NOTE: (usize, usize) = (640, 730);
-
 /// The red of the stop button, which is there as soon as anything is: from the right and from the top, pixels.
 const STOP_BUTTON: (usize, usize) = (160, 20);
-
-/// The green of a rig with force on the hand.
-fn is_green(picture: &Picture) -> bool {
-    let [red, green, blue] = picture.at(STATE.0, STATE.1);
-    green > 100 && red < 60 && blue < 100
-}
-
-/// The grey of what is not of now.
-fn is_grey(picture: &Picture) -> bool {
-    let [red, green, blue] = picture.at(STATE.0, STATE.1);
-    red > 50 && red.abs_diff(green) < 20 && red.abs_diff(blue) < 40
-}
-
-fn shows_note(picture: &Picture) -> bool {
-    picture.at(NOTE.0, NOTE.1).iter().all(|part| *part <= 16)
-}
 
 fn is_drawn(picture: &Picture) -> bool {
     let [red, green, blue] = picture.at(picture.size.0 - STOP_BUTTON.0, STOP_BUTTON.1);
@@ -360,45 +334,6 @@ fn wait_until_drawn(screen: &Screen) {
 }
 
 #[test]
-fn a_slider_that_is_dragged_is_one_step_of_undo() {
-    let Some(screen) = Screen::open() else {
-        return;
-    };
-    let daemon = Daemon::start(&[]);
-    let mut client = daemon.client();
-    let _panel = screen.panel(daemon.socket(), &["--theme", "dark"]);
-    wait_for(&mut client, "the panel", |status| status.clients == 3);
-    wait_until_drawn(&screen);
-    let mass = |client: &mut haptic_ipc::Client| {
-        let reply: SceneReply = client.request(Request::get()).expect("a scene");
-        reply.scene.value(Parameter::Mass)
-    };
-    let (stops, y) = MASS_SLIDER;
-    for steps in 1..=2 {
-        screen.act(&["mousemove", &stops[0].to_string(), &y.to_string(), "mousedown", "1"]);
-        for x in stops {
-            let before = status(&mut client).revision;
-            screen.act(&["mousemove", &x.to_string(), &y.to_string()]);
-            // The handle is there already where the button went down.
-            if x != stops[0] {
-                wait_for(&mut client, "the value under the handle", |status| {
-                    status.revision > before
-                });
-            }
-        }
-        screen.act(&["mouseup", "1"]);
-        assert_eq!(status(&mut client).undo_depth, steps, "drags that were made");
-    }
-    client
-        .request::<haptic_ipc::ChangeReply>(Request::undo())
-        .expect("a step back");
-    client
-        .request::<haptic_ipc::ChangeReply>(Request::undo())
-        .expect("a step back");
-    assert_eq!(mass(&mut client), Some(Directional::both(0.5)));
-}
-
-#[test]
 fn user_tunes_and_stops_rig_and_panel_outlives_daemon() {
     let Some(screen) = Screen::open() else {
         return;
@@ -465,40 +400,4 @@ fn user_tunes_and_stops_rig_and_panel_outlives_daemon() {
         screen.act(&["key", key]);
         wait_for_state(&mut client, RigState::Stopped);
     }
-}
-
-// hazard: H28
-#[test]
-fn a_note_is_typed_and_a_daemon_that_hangs_is_grey() {
-    let Some(screen) = Screen::open() else {
-        return;
-    };
-    let daemon = Daemon::start(&["--ramp-ms", "10"]);
-    let mut client = daemon.client();
-    bring_to(&mut client, RigState::Engaged);
-    let _panel = screen.panel(daemon.socket(), &["--theme", "dark"]);
-    wait_for(&mut client, "the panel", |status| status.clients == 3);
-    screen.wait_until("the state of the rig", is_green);
-    screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
-
-    screen.act(&["key", "n"]);
-    screen.wait_until("the note's field", shows_note);
-    screen.act(&["type", "steel-on-m"]);
-    screen.act(&["key", "Return"]);
-    screen.wait_until("its end", |picture| !shows_note(picture));
-    assert_eq!(status(&mut client).state, RigState::Engaged, "letters are typed");
-    screen.act(&["key", "n"]);
-    screen.wait_until("the note's field", shows_note);
-    screen.act(&["type", "steel-on"]);
-    screen.act(&["key", "Escape"]);
-    wait_for_state(&mut client, RigState::Stopped);
-    assert!(shows_note(&screen.picture()), "it is kept");
-
-    bring_to(&mut client, RigState::Engaged);
-    screen.wait_until("the state of the rig", is_green);
-    let pid = Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("a process");
-    kill_process(pid, Signal::STOP).expect("it runs");
-    screen.wait_until("that it hangs", is_grey);
-    kill_process(pid, Signal::CONT).expect("it stands");
-    screen.wait_until("that it goes on", |picture| !is_grey(picture));
 }

@@ -1,12 +1,11 @@
-//! What a tick costs and what the exact scheme reaches: `cargo bench -p haptic-lab --bench accuracy`.
+//! Speed against error: `cargo bench -p haptic-lab --bench accuracy -- DOCUMENT FOLDER`.
 //!
-//! Prints bytes, instructions and nanoseconds of each kind of scene, and the targets of the exact scheme. With a
-//! document and a folder as arguments it measures every scheme on every case too, replaces the tables of the document,
-//! and writes the plot `speed-vs-error.svg` into the folder. Instructions are counted by callgrind (valgrind), under
-//! which this program starts itself once more; without it they are left out.
+//! Measures every scheme on every case, replaces the tables of the document, and writes the plot `speed-vs-error.svg`
+//! into the folder. Instructions are counted by callgrind (valgrind), under which this program starts itself once more;
+//! without it they are left out.
 
-use haptic_lab::accuracy::{self, Extent, Tables, Target, cases};
-use haptic_lab::cost::{self, CountError, Probe, SceneCost};
+use haptic_lab::accuracy::{self, Extent, Tables, cases};
+use haptic_lab::cost::{self, CountError, Probe};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -21,15 +20,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         .collect();
     match &arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         [PROBE, probe] => Ok(probe.parse::<Probe>()?.run()?),
-        [] => {
-            let scenes = scenes()?;
-            print_scenes(&scenes);
-            let laws = accuracy::measure_laws(Extent::REPORT, None, |_| {})?;
-            print_targets(&targets(&laws, &scenes)?);
-            Ok(())
-        }
         [document, folder] => refresh(&of_workspace(document), &of_workspace(folder)),
-        _ => Err("expected nothing, or a document and a folder for the plot".into()),
+        _ => Err("expected a document and a folder for the plot".into()),
     }
 }
 
@@ -45,16 +37,6 @@ fn count(probe: Probe) -> Result<Option<Vec<u64>>, Box<dyn Error>> {
         }
         Err(error) => Err(error.into()),
     }
-}
-
-fn scenes() -> Result<Vec<SceneCost>, Box<dyn Error>> {
-    Ok(cost::measure(count(Probe::Scenes)?.as_deref())?)
-}
-
-fn targets(laws: &[accuracy::LawMeasurement], scenes: &[SceneCost]) -> Result<Vec<Target>, Box<dyn Error>> {
-    let karnopp = scenes.iter().find(|scene| scene.scene == "Karnopp behind a block");
-    let instructions = karnopp.and_then(|scene| scene.instructions);
-    Ok(accuracy::targets(laws, instructions)?)
 }
 
 /// A path from the workspace's root: cargo starts benches in the crate's folder.
@@ -85,31 +67,4 @@ fn refresh(document: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
     std::fs::write(document, text)?;
     std::fs::write(folder.join("speed-vs-error.svg"), accuracy::plot(&laws))?;
     Ok(())
-}
-
-fn print_scenes(scenes: &[SceneCost]) {
-    let motion = cost::hand();
-    let excitations = count(Probe::Excitations).ok().flatten();
-    let excitations = cost::measure_excitations(excitations.as_deref()).unwrap_or_default();
-    println!("of {} ticks: bytes of state, instructions, ns\n", motion.len() - 1);
-    for cost in scenes.iter().chain(&excitations) {
-        let instructions = cost
-            .instructions
-            .map_or_else(|| "-".to_owned(), |count| format!("{count:.0}"));
-        println!(
-            "{:48} {:>5} {instructions:>6} {:>7.1}",
-            cost.scene, cost.state_bytes, cost.median_ns
-        );
-    }
-}
-
-fn print_targets(targets: &[Target]) {
-    println!();
-    for target in targets {
-        let missed = if target.met { "" } else { "  MISSED" };
-        println!(
-            "{:72} {:>20} {:>24}{missed}",
-            target.what, target.target, target.measured
-        );
-    }
 }

@@ -15,13 +15,12 @@ use crate::accuracy::cases::{self, Case, OscillatingHand};
 use crate::accuracy::{
     Extent, INSTRUCTIONS_ON, LawCase, PlaneBlock, PlaneScheme, law_cases, plane_cases, schemes_by_law,
 };
-use crate::motion::{DeviceSample, median_period_s, per_tick};
-use crate::simulate::{Start, measure_cost, renderer};
+use crate::motion::{DeviceSample, median_period_s};
+use crate::simulate::{Start, renderer};
 use haptic_core::planar::Plane;
 use haptic_core::{BoundError, Excitation, OwnMotion, Renderer, SceneError, Scheme};
 use std::fmt;
 use std::str::FromStr;
-use std::time::Instant;
 
 /// An excitation at the beginning of a motion.
 fn begun(excitation: Excitation, motion: &[DeviceSample]) -> Result<OwnMotion, BoundError> {
@@ -29,40 +28,6 @@ fn begun(excitation: Excitation, motion: &[DeviceSample]) -> Result<OwnMotion, B
     let mut own = OwnMotion::excitation(excitation, median_period_s(motion))?;
     own.place(first.position_m, first.velocity_mps);
     Ok(own)
-}
-
-/// Times that a motion is gone through; the median counts.
-const TIMES: usize = 15;
-
-/// Measures every excitation. `instructions` are the totals of a probe, in their order, or none.
-///
-/// # Errors
-/// An excitation is not bounded as it must be.
-pub fn measure_excitations(instructions: Option<&[u64]>) -> Result<Vec<SceneCost>, BoundError> {
-    let motion = hand();
-    excitations()
-        .into_iter()
-        .enumerate()
-        .map(|(index, (name, excitation))| {
-            let begun = begun(excitation, &motion)?;
-            let mut times_ns: Vec<u64> = (0..TIMES)
-                .map(|_| {
-                    let (mut own, began) = (begun, Instant::now());
-                    measured_ticks(Measured::Motion(&mut own, &motion));
-                    u64::try_from(began.elapsed().as_nanos()).unwrap_or(u64::MAX)
-                })
-                .collect();
-            times_ns.sort_unstable();
-            Ok(SceneCost {
-                scene: name,
-                state_bytes: size_of_val(&begun),
-                instructions: instructions
-                    .and_then(|totals| totals.get(index))
-                    .map(|total| per_tick(*total, &motion)),
-                median_ns: per_tick(times_ns[TIMES / 2], &motion),
-            })
-        })
-        .collect()
 }
 
 /// The hand that the table's scenes are rendered for: to and fro for two seconds, with every stop
@@ -74,42 +39,6 @@ pub fn hand() -> Vec<DeviceSample> {
         ..OscillatingHand::PLAIN
     }
     .samples()
-}
-
-/// What a scene costs.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SceneCost {
-    /// What the scene is.
-    pub scene: &'static str,
-    /// Bytes that a tick keeps.
-    pub state_bytes: usize,
-    /// Instructions a tick, over the whole motion; `None` where they could not be counted.
-    pub instructions: Option<f64>,
-    /// Nanoseconds a tick, median.
-    pub median_ns: f64,
-}
-
-/// Measures every scene of the table. `instructions` are the totals of a probe, in the table's
-/// order, or none.
-///
-/// # Errors
-/// A scene cannot be rendered.
-pub fn measure(instructions: Option<&[u64]>) -> Result<Vec<SceneCost>, SceneError> {
-    let motion = hand();
-    scenes()
-        .into_iter()
-        .enumerate()
-        .map(|(index, (name, scene))| {
-            Ok(SceneCost {
-                scene: name,
-                state_bytes: renderer(&scene, Scheme::Exact, &motion, Start::default())?.state_bytes(),
-                instructions: instructions
-                    .and_then(|totals| totals.get(index))
-                    .map(|total| per_tick(*total, &motion)),
-                median_ns: measure_cost(&scene, Scheme::Exact, &motion, Start::default())?.median_ns,
-            })
-        })
-        .collect()
 }
 
 /// What is measured.

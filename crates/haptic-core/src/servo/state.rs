@@ -174,7 +174,7 @@ faults! {
     ControlLost => Self::ControlLost, "control_lost", "38ffecccd496544e87ddef014bcb4086";
     /// Not a fault, but a stop, by the rig's own button.
     StopButton => Self::StopButton, "stop_button", "866424ab51bf549696ebbb6475453709";
-    /// The device has its motor on, or does not confirm that it is off, long after the command
+    /// The device has its motor on, or does not confirm that it is off, long after the command to
     /// switch it off.
     StillEnabled => Self::StillEnabled, "still_enabled", "01f20b4fecc556ea98b8b2af5e7d4a83";
 }

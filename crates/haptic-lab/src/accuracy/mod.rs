@@ -10,7 +10,6 @@ mod plane;
 pub mod reference;
 mod report;
 mod tables;
-mod targets;
 
 pub use by_law::{
     Extent, ForceErrors, LawCase, LawMeasurement, SINGLE_TICKS, law_cases, measure_law, measure_laws,
@@ -22,4 +21,3 @@ pub use page::{page, plot};
 pub use plane::{PlaneBlock, PlaneCase, PlaneMeasurement, PlaneScheme, measure_plane, plane_cases};
 pub use report::{Measurement, measure, schemes, write_csv, write_law_csv};
 pub use tables::{Tables, refresh};
-pub use targets::{Target, targets};

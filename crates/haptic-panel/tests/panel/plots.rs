@@ -232,45 +232,6 @@ fn a_trigger_catches_a_crossing_with_what_was_before_it() {
     assert!(panel.query_by_label("Armed").is_none());
 }
 
-/// Where the crossing is that the trigger has caught, and how much before it is seen, s.
-fn caught_s(panel: &Panel, share_before: f64) -> (f64, f64) {
-    let (from, to) = csv_times(panel);
-    let before = share_before * (to - from);
-    (((from + before) * 10.0).round() / 10.0, before)
-}
-
-fn square(ms: u32) -> f64 {
-    if ms % 8000 < 4000 { 0.0 } else { 5.0 }
-}
-
-#[test]
-fn a_trigger_takes_the_edge_and_the_share_that_it_is_given() {
-    let mut panel = connected(RigState::Engaged);
-    choose_item(&mut panel, "trigger", "Single");
-    press(&mut panel, "Falling");
-    enter(&mut panel, "pre-trigger share", "20");
-    assert!(panel.get_by_label("pre-trigger share").is_focused());
-    feel(&mut panel, &rows(0..14_000, square));
-    panel.get_by_label("Caught");
-    let (at, before) = caught_s(&panel, 0.2);
-    assert!(at == 8.0 && (before - 1.0).abs() < 0.01, "{at}, {before}");
-}
-
-#[test]
-fn normal_trigger_holds_last_crossing_and_auto_runs_on() {
-    for (mode, holds) in [("Normal", true), ("Auto", false)] {
-        let mut panel = connected(RigState::Engaged);
-        choose_item(&mut panel, "trigger", mode);
-        feel(&mut panel, &rows(0..8000, square));
-        assert_eq!(caught_s(&panel, 0.5).0, 4.0, "{mode}");
-        feel(&mut panel, &rows(8000..16_000, square));
-        assert_eq!(caught_s(&panel, 0.5).0, 12.0, "{mode}: the next");
-        feel(&mut panel, &rows(16_000..40_000, |_| 0.0));
-        let (_, to) = csv_times(&panel);
-        assert_eq!(to < 16.0, holds, "{mode}: up to {to} s");
-    }
-}
-
 #[test]
 fn a_half_typed_number_changes_nothing_until_enter_or_tab() {
     let mut panel = felt(0..20_000, |_| 1.0);

@@ -21,8 +21,6 @@ mod purity_tests;
 pub(crate) mod schedule;
 pub(crate) mod shared;
 pub(crate) mod space;
-#[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
-mod stall_tests;
 pub(crate) mod thread;
 pub(crate) mod tick;
 #[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]

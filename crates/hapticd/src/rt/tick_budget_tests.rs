@@ -1,21 +1,21 @@
-//! What a whole tick costs, in instructions, and what its parts cost by themselves: the processor's trap flag
-//! counts them, deaf to whatever else the machine does.
+//! What a whole tick costs, in instructions: the processor's trap flag counts them, deaf to whatever else the machine
+//! does.
+#![allow(unsafe_code, reason = "single-stepping and its signal")]
 
-use super::stall_tests::{Bench, compiled, extent, in_a_child, instructions_of, renderer};
-use crate::rt::clock::now_ns;
+use crate::rt::clock::Wake;
+use crate::rt::handoff::hand_over;
+use crate::rt::lateness::{LatePolicy, Lateness};
 use crate::rt::outbox;
+use crate::rt::tick::Tick;
 use crate::rt::tick::tests::servo;
 use crate::self_test::NoLink;
 use device_io::Device;
-use haptic_core::Renderer;
-use haptic_core::limiter::SafetyLimiter;
-use haptic_core::passivity::PassivityObserver;
-use haptic_core::position_guard::{Motion, PositionGuard};
-use haptic_core::sample_clock::{SampleClock, Stamp};
-use haptic_core::servo::{Command, Events, Inputs, Servo};
-use haptic_core::velocity::Estimator;
+use haptic_core::servo::{Command, CompiledScene};
+use haptic_core::{Renderer, Scene, Scheme};
+use std::arch::asm;
 use std::hint::black_box;
-use std::sync::atomic::Ordering::SeqCst;
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// Instructions of a whole tick on the paper's scene: its median, and its most, which has a change of
 /// contact in it. Without those of the test's own device and of the counting. The first of the two is for the
@@ -27,128 +27,27 @@ const TICK_BUDGET: (u64, u64) = if cfg!(debug_assertions) {
     (1500, 3500)
 };
 
-/// What of a tick is counted by itself as well, the test's own first.
-const PARTS: [&str; 11] = [
-    "nothing: the counting",
-    "the test's device: read, connection, write",
-    "device clock held against ours",
-    "position guard",
-    "velocity",
-    "scene (physics)",
-    "limiter",
-    "passivity",
-    "reading the clock",
-    "record for the control thread",
-    "the servo's whole step",
-];
+/// Ticks of two strokes, 1 ms each.
+const TICKS: u32 = 4000;
 
-/// Instructions of each of the [`PARTS`] in one tick.
-type Parts = [u64; PARTS.len()];
+const PERIOD_NS: u64 = 1_000_000;
 
-/// The parts of ticks on the paper's scene by themselves, through the same motion.
-struct Apart {
-    device: Box<dyn Device>,
-    clock: SampleClock,
-    guard: PositionGuard,
-    estimator: Estimator,
-    renderer: Renderer,
-    limiter: SafetyLimiter,
-    passivity: PassivityObserver,
-    records: (outbox::Producer, outbox::Consumer),
-    servo: Servo,
-    /// What the servo is asked for in its first step.
-    command: Option<Command>,
-    position: f64,
-    velocity: f64,
-    host_ns: u64,
+/// Traps since the count began. Only the thread whose trap flag is set has any.
+static COUNT: AtomicU64 = AtomicU64::new(0);
+
+extern "C" fn on_trap(_: libc::c_int) {
+    COUNT.fetch_add(1, Relaxed);
 }
 
-impl Apart {
-    fn new(device: Box<dyn Device>, renderer: Renderer) -> Self {
-        let servo = servo(0.001, compiled(&renderer, 1));
-        let settings = *servo.settings();
-        Self {
-            device,
-            clock: SampleClock::new(settings.stale_ns),
-            guard: PositionGuard::default(),
-            estimator: Estimator::new(settings.velocity, settings.period_s, 0.0),
-            renderer,
-            limiter: SafetyLimiter::new(settings.limits),
-            passivity: PassivityObserver::new(settings.losses, settings.passivity_control_n),
-            records: outbox::outbox(outbox::RECORDS),
-            servo,
-            command: Some(Command::Engage),
-            position: 0.0,
-            velocity: 0.0,
-            host_ns: 1_000_000_000,
-        }
-    }
-
-    /// One tick, of which each part is run by `counted`.
-    fn tick(&mut self, counted: impl Fn(&mut dyn FnMut()) -> u64) -> Parts {
-        self.host_ns += 1_000_000;
-        let (host_ns, mut sample, mut elapsed, mut force) = (self.host_ns, None, Ok(0.0), 0.0);
-        let before = Motion {
-            felt: 0.15e-3,
-            position: self.position,
-            velocity: self.velocity,
-            seen_over_s: 1e-3,
-            resolution: 0.0,
-        };
-        let nothing = counted(&mut || ());
-        let device = counted(&mut || {
-            sample = self.device.read(host_ns).ok();
-            black_box(self.device.bounds());
-            black_box(self.device.write(force, true)).expect("it takes it");
-        });
-        let sample = sample.expect("it is there");
-        let clock = counted(&mut || {
-            elapsed = self.clock.elapsed_s(Stamp {
-                sequence: sample.sequence,
-                device_ns: sample.time_ns,
-                host_ns,
-            });
-        });
-        let elapsed_s = elapsed.expect("an honest clock");
-        let guard = counted(&mut || {
-            black_box(self.guard.judge(before, sample.position_m, elapsed_s, &self.limiter));
-        });
-        self.position = sample.position_m;
-        let velocity = counted(&mut || self.velocity = self.estimator.update(elapsed_s, sample.position_m));
-        let scene = counted(&mut || {
-            force = self
-                .renderer
-                .tick(elapsed_s, self.position, self.velocity)
-                .coupling_force;
-        });
-        let limiter = counted(&mut || {
-            force = self.limiter.limit(-force, black_box(1.0), elapsed_s).unwrap_or(0.0);
-        });
-        let passivity = counted(&mut || {
-            black_box(self.passivity.observe(elapsed_s, self.position, self.velocity, force));
-        });
-        let reading = counted(&mut || {
-            black_box(now_ns());
-        });
-        let mut left = outbox::tests::record(host_ns);
-        left.device_position = self.position;
-        let record = counted(&mut || self.records.0.push(None, || left));
-        while self.records.1.pop().is_some() {}
-        let inputs = Inputs {
-            elapsed_ns: 1_000_000,
-            sample: Ok(sample),
-            device_resolution_m: self.device.bounds().resolution_m,
-            device_force_limit_n: f64::INFINITY,
-            events: Events::default(),
-            command: self.command.take(),
-        };
-        let mut is_live = false;
-        let step = counted(&mut || is_live = self.servo.step(black_box(&inputs), None).enabled);
-        assert!(is_live, "the servo renders");
-        [
-            nothing, device, clock, guard, velocity, scene, limiter, passivity, reading, record, step,
-        ]
-    }
+/// Instructions that something takes.
+fn instructions_of(work: impl FnOnce()) -> u64 {
+    COUNT.store(0, Relaxed);
+    // SAFETY: sets one flag of the processor, for which `on_trap` is installed; what it pushes it pops.
+    unsafe { asm!("pushfq", "or qword ptr [rsp], 0x100", "popfq") }
+    work();
+    // SAFETY: as above.
+    unsafe { asm!("pushfq", "and qword ptr [rsp], ~0x100", "popfq") }
+    COUNT.load(Relaxed)
 }
 
 fn median(mut counts: Vec<u64>) -> u64 {
@@ -158,50 +57,56 @@ fn median(mut counts: Vec<u64>) -> u64 {
 
 #[test]
 fn whole_tick_on_the_papers_scene_keeps_its_budget() {
-    let no_link = || Box::new(NoLink::new(1_000_000));
-    // Some of the ticks of two strokes: a trap costs microseconds.
-    let (ticks, counted) = (4000, extent(10, 500));
-    let report = in_a_child(|report| {
-        // The loop's own queue: a short one would be full before every tick that is counted.
-        let mut bench = Bench::on(no_link(), &renderer(), outbox::RECORDS);
-        let counts: Vec<u64> = (0..counted)
-            .map(|_| {
-                bench.ticks(ticks / counted - 1);
-                while bench.control.records.pop().is_some() {}
-                instructions_of(|| bench.ticks(1))
-            })
-            .collect();
-        report.worst.store(counts.iter().copied().max().unwrap_or(0), SeqCst);
-        report.steps.store(median(counts), SeqCst);
-        let mut apart = Apart::new(no_link(), renderer());
-        let parts: Vec<Parts> = (0..counted)
-            .map(|_| {
-                for _ in 1..ticks / counted {
-                    apart.tick(|part| {
-                        part();
-                        0
-                    });
-                }
-                apart.tick(|part| instructions_of(part))
-            })
-            .collect();
-        for (index, part) in report.parts.iter().enumerate() {
-            part.store(median(parts.iter().map(|parts| parts[index]).collect()), SeqCst);
-        }
-    });
-    let [counting, parts @ ..] = report.parts.each_ref().map(|part| part.load(SeqCst));
-    let own = parts[0];
-    let (median, most) = (report.steps.load(SeqCst) - own, report.worst.load(SeqCst) - own);
-    println!("{median} instructions a tick (median), {most} at most, without {own} of the test's own; of these:");
-    let net = parts.map(|part| part.saturating_sub(counting));
-    let [_, of_step @ .., reading, record, step] = net;
-    for (name, part) in PARTS.into_iter().skip(2).zip(&net[1..net.len() - 1]) {
-        println!("{part:6} {name}");
+    // SAFETY: a zeroed action is a valid one, and the handler has the signature of one without SA_SIGINFO.
+    unsafe {
+        let mut action: libc::sigaction = std::mem::zeroed();
+        action.sa_sigaction = on_trap as *const () as usize;
+        let installed = libc::sigaction(libc::SIGTRAP, &raw const action, std::ptr::null_mut());
+        assert_eq!(installed, 0);
     }
-    let rest_of_step = step.saturating_sub(of_step.iter().sum());
-    println!("{rest_of_step:6} events, rig, buttons, ramps, transitions: the rest of the servo's step");
-    let rest = median.saturating_sub(step + reading + record);
-    println!("{rest:6} stops, commands, scenes, schedule, lateness, leases, answers: the rest of the loop");
+    let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
+    let (mut control, loop_side) = hand_over(outbox::RECORDS);
+    let mut tick: Tick<dyn Device> = Tick::new(
+        Box::new(NoLink::new(PERIOD_NS)),
+        loop_side,
+        servo(1e-3, CompiledScene::at_once(renderer, 1)),
+        Lateness::new(LatePolicy::Warn),
+        u64::MAX,
+    );
+    assert!(control.inbox.command(1, Command::Engage, 0));
+
+    // Some of the ticks: a trap costs microseconds.
+    let counted = if cfg!(debug_assertions) {
+        10
+    } else {
+        test_run::extent(10, 500)
+    };
+    let mut counts = Vec::new();
+    for number in 1..=TICKS {
+        let at_ns = 1_000_000_000 + u64::from(number) * PERIOD_NS;
+        let wake = Wake {
+            deadline_ns: at_ns,
+            began_ns: at_ns,
+            asleep_ns: 0,
+        };
+        if number % (TICKS / counted) == 0 {
+            // The loop's own queue: a full one would be cheaper.
+            while control.records.pop().is_some() {}
+            counts.push(instructions_of(|| _ = tick.run(wake, 0)));
+        } else {
+            tick.run(wake, 0);
+        }
+    }
+
+    let mut device = NoLink::new(PERIOD_NS);
+    let own = instructions_of(|| {
+        black_box(device.read(1_000_000_000)).expect("it has samples");
+        black_box(device.bounds());
+        black_box(device.write(1.0, true)).expect("it takes it");
+    });
+    let most = counts.iter().max().expect("some are counted") - own;
+    let median = median(counts) - own;
+    println!("{median} instructions a tick (median), {most} at most, without {own} of the test's own");
     assert!(median > 200, "nothing was rendered");
     assert!(median <= TICK_BUDGET.0 && most <= TICK_BUDGET.1, "{median}, {most}");
 }
