@@ -3,7 +3,7 @@
 
 use device_io::protocol::frame::{Decoder, Frame, FrameError, MAX_FRAME};
 use device_io::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, MessageError, TwoAxes};
-use device_io::protocol::view::{Axes, Kind, LONGEST, View, ViewError};
+use device_io::protocol::view::{Axes, Kind, MAX_MESSAGE, View, ViewError};
 use proptest::prelude::*;
 
 fn two_axes() -> impl Strategy<Value = TwoAxes> {
@@ -164,7 +164,7 @@ proptest! {
 
     #[test]
     fn frames_come_through_whatever_lies_between_them(
-        messages in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..=LONGEST), 1..10),
+        messages in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..=MAX_MESSAGE), 1..10),
         noise in prop::collection::vec(any::<u8>(), 0..200),
     ) {
         let mut stream = noise;

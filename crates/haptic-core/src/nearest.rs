@@ -4,10 +4,10 @@ use alloc::string::String;
 use alloc::vec;
 
 /// Longest word that is compared, bytes: the time grows with the word, and any client may send one.
-const LONGEST: usize = 64;
+const MAX_WORD: usize = 64;
 
 /// Shortest part of a name that stands for it, bytes: `on` and `with` do not.
-const SHORTEST_PART: usize = 5;
+const MIN_PART: usize = 5;
 
 /// Words that people use for something which has another name here.
 const SYNONYMS: &[(&str, &[&str])] = &[
@@ -46,7 +46,7 @@ const SYNONYMS: &[(&str, &[&str])] = &[
 /// hyphens is so. Case does not matter.
 #[must_use]
 pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
-    if wrong.len() > LONGEST {
+    if wrong.len() > MAX_WORD {
         return None;
     }
     let wrong = wrong.to_lowercase();
@@ -69,7 +69,7 @@ pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
 /// meant.
 fn by_a_part<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     let is_meant = |part: &str| {
-        let is_long = part.len() >= SHORTEST_PART && wrong.len() >= SHORTEST_PART;
+        let is_long = part.len() >= MIN_PART && wrong.len() >= MIN_PART;
         is_long && (part.to_lowercase().starts_with(wrong) || near(wrong, part).is_some())
     };
     let mut meant = known

@@ -8,7 +8,7 @@ use crate::block::Contact;
 use crate::bound_error::BoundError;
 use crate::directional::Direction;
 use crate::excitation::{Excitation, Follower};
-use crate::render::Shown;
+use crate::render::VisibleState;
 
 /// Longest pulse with its edges, s.
 pub const MAX_PULSE_S: f64 = 0.3;
@@ -247,7 +247,7 @@ impl OwnMotion {
 
     /// What a tick shows instead of the block: the reference, which slides; that of an excitation sticks once it has
     /// ended.
-    pub(crate) fn shown(&self) -> Shown {
+    pub(crate) fn shown(&self) -> VisibleState {
         let (position, velocity) = self.reference();
         let sticks = matches!(self.kind, Kind::Excitation(_)) && self.end.is_some();
         let contact = if sticks {
@@ -255,7 +255,7 @@ impl OwnMotion {
         } else {
             Contact::Sliding(Direction::of(velocity))
         };
-        Shown {
+        VisibleState {
             position,
             velocity,
             contact,

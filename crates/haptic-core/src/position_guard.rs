@@ -43,7 +43,7 @@ pub enum Verdict {
 
 /// The sample that is held back.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Held<V> {
+struct HeldBack<V> {
     position: V,
     elapsed_s: f64,
     /// Whether it is farther away than the rig can move.
@@ -53,7 +53,7 @@ struct Held<V> {
 /// Holds each position against the motion before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PositionGuard<V = f64> {
-    held: Option<Held<V>>,
+    held: Option<HeldBack<V>>,
     score: u32,
     forgotten: u64,
 }
@@ -99,7 +99,7 @@ impl<V: Vector> Motion<V> {
 impl<V: Vector> PositionGuard<V> {
     /// Saves or loads what it doubts.
     pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
-        archive.option("holds_back", &mut self.held, Held::default(), |archive, held| {
+        archive.option("holds_back", &mut self.held, HeldBack::default(), |archive, held| {
             archive.vector("held_back_m", &mut held.position);
             archive.number("held_back_s", &mut held.elapsed_s);
             archive.flag("held_back_too_far", &mut held.too_far);
@@ -139,7 +139,7 @@ impl<V: Vector> PositionGuard<V> {
             if !moved.is_finite() {
                 return Verdict::Jumped;
             }
-            self.held = Some(Held {
+            self.held = Some(HeldBack {
                 position,
                 elapsed_s,
                 too_far: !limits.allows_step(moved, before.velocity, before.seen_over_s, elapsed_s, before.resolution),

@@ -5,7 +5,7 @@ use crate::contact::{Contact, ContactMemory};
 use crate::directional::Directional;
 use crate::math::sqrt;
 use crate::parameters::{Parameter, SceneError};
-use crate::render::{BlockSetup, Shown, Surface};
+use crate::render::{BlockSetup, Surface, VisibleState};
 use crate::scene::Scene;
 use crate::scheme::Scheme;
 use crate::snapshot::Archive;
@@ -38,7 +38,7 @@ pub trait Rendering<V>: Clone + Debug + Send + Sized {
     fn stiffness(&self) -> f64;
 
     /// What a tick shows of the block.
-    fn shown(&self) -> Shown<V>;
+    fn shown(&self) -> VisibleState<V>;
 
     /// Puts the block at the device (m), moving with it (m/s), so that the coupling starts without force.
     fn start_at(&mut self, position: V, velocity: V);
@@ -73,7 +73,7 @@ impl Rendering<f64> for Renderer {
     }
 
     #[inline(always)]
-    fn shown(&self) -> Shown {
+    fn shown(&self) -> VisibleState {
         self.surface.shown()
     }
 

@@ -8,7 +8,6 @@ pub mod cost;
 pub mod drawing;
 mod gaps;
 pub mod identify;
-mod interpolation;
 pub mod motion;
 pub mod replay;
 mod robust_fit;

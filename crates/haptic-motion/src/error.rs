@@ -1,6 +1,6 @@
 //! Why a file is not a motion.
 
-use crate::LARGEST;
+use crate::MAX_NUMBER;
 use crate::table::TableError;
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
@@ -125,7 +125,7 @@ pub enum MotionError {
         columns: usize,
     },
     /// A cell is not a number that can be worked with.
-    #[error("{}, {place}: {column} = `{value}` is not a number from -{LARGEST:e} to {LARGEST:e}", .path.display())]
+    #[error("{}, {place}: {column} = `{value}` is not a number from -{MAX_NUMBER:e} to {MAX_NUMBER:e}", .path.display())]
     NotANumber {
         /// The file.
         path: PathBuf,

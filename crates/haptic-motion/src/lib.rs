@@ -62,7 +62,7 @@ pub struct Row {
 
 /// Largest time (s), position (m) or velocity (m/s) taken: beyond it the products that forces are
 /// made of leave the range of numbers.
-pub const LARGEST: f64 = 1e12;
+pub const MAX_NUMBER: f64 = 1e12;
 
 /// A motion file: an iterator over its rows. After an error nothing follows.
 #[expect(missing_debug_implementations, reason = "the readers of the formats have none")]
@@ -222,7 +222,7 @@ impl Rows {
             row.velocity_y_mps,
         ];
         for (name, value) in names.into_iter().zip(cells) {
-            if let Some(value) = value.filter(|value| value.is_nan() || value.abs() > LARGEST) {
+            if let Some(value) = value.filter(|value| value.is_nan() || value.abs() > MAX_NUMBER) {
                 return Err(MotionError::not_a_number(&self.path, place, name, value));
             }
         }

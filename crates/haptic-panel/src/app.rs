@@ -8,13 +8,13 @@ use crate::intent::{DialogPurpose, Format, Intent};
 use crate::model::Model;
 use crate::notice::Notice;
 use crate::page::Page;
-use crate::plots::picture_taking;
+use crate::plots::picture;
 use crate::settings::Settings;
 use crate::settings::thread::SettingsThread;
 use crate::shell;
 use crate::stop::button::is_stop_key;
 use crate::study::StudyCommand;
-use crate::typing::{FRAME_PERIOD, Typing};
+use crate::text_input::{FRAME_PERIOD, Typing};
 use crate::update::Update;
 use egui::ViewportId;
 use std::path::PathBuf;
@@ -55,7 +55,7 @@ impl App {
     #[must_use]
     pub fn new(connection: Connection, files: Files) -> Self {
         let mut model = Model::new();
-        model.view.studying.screen = connection.subject_screen();
+        model.view.study.screen = connection.subject_screen();
         Self {
             model,
             connection,
@@ -96,7 +96,7 @@ impl App {
             self.model.turn_to(Page::Task);
         }
         let command = StudyCommand::Open { folder };
-        self.model.view.studying.note_sent(&command);
+        self.model.view.study.note_sent(&command);
         self.connection.send(Intent::Study(command));
     }
 
@@ -191,7 +191,7 @@ impl App {
         for intent in intents {
             self.carry_out(ui.ctx(), intent);
         }
-        picture_taking::count_frame(ui.ctx());
+        picture::count_frame(ui.ctx());
         self.stopped_by_key = false;
         let has_field = ui.ctx().text_edit_focused();
         self.typing.note_frame(has_field, Instant::now());
@@ -260,7 +260,7 @@ impl App {
             self.files.export(&self.model, format, to);
             return;
         }
-        picture_taking::begin(ctx);
+        picture::begin(ctx);
         let writer = self.files.writer();
         let (part, scale) = (self.model.plots_area(), ctx.pixels_per_point());
         ctx.request_screenshot(move |image| writer.export_picture(image, part, scale, to));

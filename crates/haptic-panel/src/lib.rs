@@ -56,13 +56,13 @@ mod stop;
 mod study;
 mod tape;
 mod tapes;
+mod text_input;
 pub mod theme;
 mod tune;
-mod typing;
 mod update;
 mod update_sender;
 mod view;
-mod wording;
+mod words;
 
 pub use app::App;
 pub use files::Files;

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Shortest time between two frames that show new samples.
-const FASTEST: Duration = crate::update_sender::SHORTEST;
+const FASTEST: Duration = crate::update_sender::MIN_PERIOD;
 
 /// Longest time between two frames of a running plot, whose numbers run with it.
 const SLOWEST: Duration = Duration::from_millis(100);
@@ -105,7 +105,7 @@ impl Model {
             Update::Event(event) => self.take_event(event),
             Update::Answered { intent, result } => self.take_answer(&intent, result),
             Update::Study(news) => {
-                if let Some(task) = view.studying.take(news) {
+                if let Some(task) = view.study.take(news) {
                     view.page = Page::of(task);
                 }
             }
@@ -161,7 +161,7 @@ impl Model {
     pub fn pace(&self) -> Duration {
         let scope = self.view.scope(&self.tapes);
         match self.view.page {
-            Page::Task | Page::Perception if self.view.studying.state().is_none() => return STANDING,
+            Page::Task | Page::Perception if self.view.study.state().is_none() => return STANDING,
             // The subject's window has the processor.
             Page::Task | Page::Perception => return SLOWEST,
             Page::Identify => return STANDING,
@@ -197,9 +197,9 @@ impl Model {
         let file = notice::expire(&mut self.view.file_notice, now);
         let report = notice::expire(&mut self.view.tuning.report, now);
         let fitting = notice::expire(&mut self.view.fitting.report, now);
-        let studying = notice::expire(&mut self.view.studying.report, now);
+        let study = notice::expire(&mut self.view.study.report, now);
         let stop = self.daemon.stop.age(now);
-        let messages = file.into_iter().chain(report).chain(fitting).chain(studying);
+        let messages = file.into_iter().chain(report).chain(fitting).chain(study);
         messages.chain(stop).min()
     }
 
@@ -222,7 +222,7 @@ impl Model {
                 loaded.opened.path = path;
                 self.view.recorded.open(&loaded.tape);
                 // Nobody is taken away from a study.
-                if !self.view.page.is_of_studies() || self.view.studying.state().is_none() {
+                if !self.view.page.is_of_studies() || self.view.study.state().is_none() {
                     self.view.page = Page::Record;
                 }
                 self.tapes.open(*loaded);

@@ -1,7 +1,7 @@
 //! The outcome of an action, shown for a few seconds.
 
 use crate::theme::Palette;
-use crate::wording::{in_two_lines, shortened};
+use crate::words::{in_two_lines, shortened};
 use egui::{Align, Button, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, vec2};
 use std::time::{Duration, Instant};
 

@@ -70,7 +70,7 @@ impl UpdateSender {
 }
 
 /// Shortest time between two frames: the eye sees at most 30 a second.
-pub(crate) const SHORTEST: Duration = Duration::from_nanos(1_000_000_000 / 30);
+pub(crate) const MIN_PERIOD: Duration = Duration::from_nanos(1_000_000_000 / 30);
 
 /// Delay of a frame, so that it shows two updates that come right after one another.
 const GATHER: Duration = Duration::from_millis(1);
@@ -89,7 +89,7 @@ pub(crate) struct FrameLimiter {
 impl Default for FrameLimiter {
     fn default() -> Self {
         Self {
-            pace: SHORTEST,
+            pace: MIN_PERIOD,
             drawn: None,
             due: None,
         }
@@ -98,7 +98,7 @@ impl Default for FrameLimiter {
 
 impl FrameLimiter {
     pub(crate) fn set_pace(&mut self, pace: Duration) {
-        self.pace = pace.max(SHORTEST);
+        self.pace = pace.max(MIN_PERIOD);
     }
 
     /// How long an update that arrives `now` waits for its frame; `None` for one of a steady stream whose frame is
@@ -107,7 +107,7 @@ impl FrameLimiter {
         if let Some(due) = self.due.take_if(|due| *due <= now) {
             self.drawn = Some(due);
         }
-        let period = if is_steady { self.pace } else { SHORTEST };
+        let period = if is_steady { self.pace } else { MIN_PERIOD };
         let soonest = now + GATHER;
         let wanted = self.drawn.map_or(soonest, |drawn| soonest.max(drawn + period));
         // An earlier frame that is requested shows it as well.

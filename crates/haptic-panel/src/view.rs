@@ -1,17 +1,17 @@
 //! View state: what the user looks at, types and is shown.
 
 use super::tapes::Tapes;
-use crate::identify::fitting::Fitting;
+use crate::identify::fit::Fitting;
 use crate::intent::DialogPurpose;
 use crate::notice::Notice;
 use crate::page::Page;
-use crate::plots::measure::measuring::Measuring;
+use crate::plots::measure::results::Measuring;
 use crate::plots::reference::Reference;
 use crate::plots::scope::Scope;
 use crate::record::Recordings;
-use crate::study::form::Studying;
+use crate::study::form::StudyView;
 use crate::tape::Tape;
-use crate::tune::tuning::Tuning;
+use crate::tune::scene_edits::Tuning;
 use egui::Rect;
 use haptic_recording::Format;
 use std::path::PathBuf;
@@ -28,7 +28,7 @@ pub(crate) struct View {
     pub(crate) recorded: Scope,
     pub(crate) tuning: Tuning,
     pub(crate) fitting: Fitting,
-    pub(crate) studying: Studying,
+    pub(crate) study: StudyView,
     pub(crate) hand: HandStrip,
     pub(crate) layout: PlotLayout,
     /// The run under the one that is seen.
@@ -154,7 +154,7 @@ impl Default for View {
             recorded: Scope::of_recording(),
             tuning: Tuning::default(),
             fitting: Fitting::default(),
-            studying: Studying::default(),
+            study: StudyView::default(),
             hand: HandStrip::default(),
             layout: PlotLayout {
                 chosen: PlotGroup::default(),
@@ -222,8 +222,8 @@ impl View {
     pub(crate) fn close_dialog(&mut self, outcome: Result<Option<(DialogPurpose, PathBuf)>, String>) {
         match outcome {
             Ok(Some((DialogPurpose::Folder, path))) => self.folder = path.display().to_string(),
-            Ok(Some((DialogPurpose::StudyFolder, path))) => self.studying.form.folder = path.display().to_string(),
-            Ok(Some((DialogPurpose::StudyPlan, path))) => self.studying.form.plan = path.display().to_string(),
+            Ok(Some((DialogPurpose::StudyFolder, path))) => self.study.form.folder = path.display().to_string(),
+            Ok(Some((DialogPurpose::StudyPlan, path))) => self.study.form.plan = path.display().to_string(),
             Ok(Some((DialogPurpose::FileToIdentify, path))) => self.fitting.choose_file(&path),
             // It is read, or written, already.
             Ok(Some((DialogPurpose::Recording | DialogPurpose::Export(_), _)) | None) => {}

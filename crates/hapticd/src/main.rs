@@ -11,7 +11,6 @@
 mod config;
 mod control;
 mod demo;
-mod ending;
 mod late_log;
 mod log;
 mod metrics;
@@ -20,6 +19,7 @@ mod processor_share;
 mod rt;
 mod self_test;
 mod service;
+mod shutdown;
 mod telemetry;
 mod threads;
 mod timers;
@@ -30,7 +30,6 @@ use control::RigHandle;
 use control::server::Server;
 use control::socket::SocketError;
 use device_io::link::Keeper;
-use ending::BlockedSignals;
 use haptic_core::SceneError;
 use haptic_core::servo::Command;
 use haptic_ipc::Problem;
@@ -40,6 +39,7 @@ use preparation::{ReadyTick, prepare};
 use rt::privileges;
 use rt::thread::{End, FinalZero, RunningLoop};
 use service::ServiceManager;
+use shutdown::BlockedSignals;
 use std::io::Write;
 use std::process::ExitCode;
 use std::rc::Rc;
@@ -129,7 +129,7 @@ fn run(config: Config, demo: bool, ends_with_input: bool) -> Result<(), Failure>
         let rig = Rc::new(rig);
         let (stop_signals, reloads) = stop_signals.watch(ramp, rig.channel.end_of_loop())?;
         if ends_with_input {
-            ending::end_with_input()?;
+            shutdown::end_with_input()?;
         }
         let manager = ServiceManager::of_process()?;
         if let Some(address) = metrics.as_ref().and_then(metrics::Server::address) {

@@ -169,6 +169,8 @@ pub fn binary(name: &str) -> PathBuf {
         if name != PANEL && is_set("HAPTICD_TEST_BUILT") {
             return;
         }
+        // Past the capture of the test, which may seem to hang for minutes.
+        _ = io::stderr().write_all(b"building the programs that the tests start\n");
         let mut cargo = Command::new(env!("CARGO"));
         cargo.args(["build", "--quiet"]);
         if !directory.ends_with("release") {

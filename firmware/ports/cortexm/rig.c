@@ -23,7 +23,7 @@
 #define BYTES_PER_SLICE 20
 /* So much of the computer's time a board has for a slice before it counts as hung. */
 #define PATIENCE_NS 1000000
-#define LARGEST_LAG_NS 500000000LL
+#define MAX_LAG_NS 500000000LL
 
 /* By enum fault. */
 static const char *const fault_names[] = { "mend", "hang loop", "hang write", "hang clock", "hang deaf", "hang kicking",
@@ -109,7 +109,7 @@ int main(int argc, char **argv)
         exchange(line);
         live(options.are_swapped);
         due_ns += SLICE_US * 1000;
-        if (now_ns() - due_ns > LARGEST_LAG_NS)
+        if (now_ns() - due_ns > MAX_LAG_NS)
             due_ns = now_ns();
         sleep_until(due_ns);
     }

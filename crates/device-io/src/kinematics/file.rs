@@ -12,7 +12,7 @@ const LINK_M: (f64, f64) = (0.005, 1.0);
 /// Farthest end of a workspace from the origin, m.
 const FARTHEST_M: f64 = 1.0;
 /// Shortest side of a workspace, m.
-const SHORTEST_SIDE_M: f64 = 0.002;
+const MIN_SIDE_M: f64 = 0.002;
 /// Largest angle of the home pose, degrees.
 const HOME_DEG: f64 = 360.0;
 
@@ -24,7 +24,7 @@ struct File {
     proximal_m: Option<f64>,
     distal_m: Option<f64>,
     home_deg: Option<[f64; 2]>,
-    workspace_m: Option<Sides>,
+    workspace_m: Option<WorkspaceSides>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -37,7 +37,7 @@ enum Kind {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Sides {
+struct WorkspaceSides {
     x: [f64; 2],
     y: [f64; 2],
 }
@@ -86,14 +86,14 @@ impl File {
     }
 
     fn workspace(&self) -> Result<Option<Workspace>, KinematicsProblem> {
-        let Some(Sides { x, y }) = self.workspace_m else {
+        let Some(WorkspaceSides { x, y }) = self.workspace_m else {
             return Ok(None);
         };
         for (field, [low, high]) in [("workspace_m.x", x), ("workspace_m.y", y)] {
             for end in [low, high] {
                 BoundError::check(field, end, -FARTHEST_M, FARTHEST_M, "m")?;
             }
-            if high - low < SHORTEST_SIDE_M {
+            if high - low < MIN_SIDE_M {
                 return Err(KinematicsProblem::Side { field, low, high });
             }
         }

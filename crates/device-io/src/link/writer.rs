@@ -28,7 +28,7 @@ const STACK_BYTES: usize = 128 * 1024;
 #[derive(Debug)]
 struct Shared {
     /// Counts up at every post.
-    bell: OwnedFd,
+    wakeup: OwnedFd,
     /// The mailbox holds the last messages.
     quit: AtomicBool,
     ended: AtomicBool,
@@ -70,7 +70,7 @@ impl Writer {
         send: impl FnMut(FromHost) -> Result<(), E> + Send + 'static,
     ) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
-            bell: eventfd(0, EventfdFlags::CLOEXEC)?,
+            wakeup: eventfd(0, EventfdFlags::CLOEXEC)?,
             quit: AtomicBool::new(false),
             ended: AtomicBool::new(false),
             done: AtomicU32::new(0),
@@ -162,7 +162,7 @@ impl Writer {
             }
         }
         let has_room = self.posts.push((enable, command)).is_ok();
-        if rustix::io::write(&self.shared.bell, &1_u64.to_ne_bytes()).is_err() {
+        if rustix::io::write(&self.shared.wakeup, &1_u64.to_ne_bytes()).is_err() {
             // A signal interrupted it; the next command rings again.
         }
         has_room
@@ -184,7 +184,7 @@ impl Drop for Writer {
     /// one with the device.
     fn drop(&mut self) {
         self.shared.quit.store(true, Release);
-        while rustix::io::write(&self.shared.bell, &1_u64.to_ne_bytes()) == Err(Errno::INTR) {}
+        while rustix::io::write(&self.shared.wakeup, &1_u64.to_ne_bytes()) == Err(Errno::INTR) {}
         if let Some(thread) = self.thread.take()
             && thread.join().is_err()
         {
@@ -207,7 +207,7 @@ fn run<E>(shared: &Shared, mut waiting: Consumer<Post>, mut send: impl FnMut(Fro
     rise();
     let mut sent = None;
     loop {
-        match rustix::io::read(&shared.bell, &mut [0; 8]) {
+        match rustix::io::read(&shared.wakeup, &mut [0; 8]) {
             Ok(_) | Err(Errno::INTR) => {}
             Err(_) => return,
         }

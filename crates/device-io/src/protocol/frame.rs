@@ -5,7 +5,7 @@
 //! COBS: Cheshire and Baker, "Consistent overhead byte stuffing", IEEE/ACM Trans. Networking 7(2),
 //! 1999. CRC: CRC-32/ISO-HDLC, as in Ethernet and zip.
 
-use super::view::LONGEST;
+use super::view::MAX_MESSAGE;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use thiserror::Error;
 
@@ -14,7 +14,7 @@ static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const CRC_BYTES: usize = 4;
 /// Longest frame, bytes: a message, its CRC, one byte of stuffing (below 254 bytes there is no
 /// more) and the zero that ends it.
-pub const MAX_FRAME: usize = LONGEST + CRC_BYTES + 2;
+pub const MAX_FRAME: usize = MAX_MESSAGE + CRC_BYTES + 2;
 
 /// Why the bytes between two zeros are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -38,10 +38,10 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The frame of a message of at most [`LONGEST`] bytes; a longer one is cut, and no receiver takes it.
+    /// The frame of a message of at most [`MAX_MESSAGE`] bytes; a longer one is cut, and no receiver takes it.
     #[must_use]
     pub fn of(message: &[u8]) -> Self {
-        let message = &message[..message.len().min(LONGEST)];
+        let message = &message[..message.len().min(MAX_MESSAGE)];
         let crc = CRC.checksum(message).to_le_bytes();
         let mut bytes = [0; MAX_FRAME];
         // Where the distance to the next zero goes, and how far it is by now.

@@ -50,7 +50,7 @@ impl Kind {
     pub const fn length(self, axes: Axes) -> usize {
         match (self, axes) {
             (Self::DeviceHello, Axes::One) => 48,
-            (Self::DeviceHello, Axes::Two) => LONGEST,
+            (Self::DeviceHello, Axes::Two) => MAX_MESSAGE,
             (Self::Measurement, Axes::One) => 20,
             (Self::Measurement, Axes::Two) => 24,
             (Self::WideMeasurement, Axes::One) => 28,
@@ -73,7 +73,7 @@ pub enum Axes {
 }
 
 /// Longest message, bytes: the hello of a device with two axes.
-pub const LONGEST: usize = 56;
+pub const MAX_MESSAGE: usize = 56;
 
 /// Flag of a hello: the device has two axes.
 pub(super) const TWO_AXES: u8 = 1 << 1;
@@ -229,7 +229,7 @@ fn header(bytes: &[u8]) -> Result<(Kind, Option<Axes>), ViewError> {
 /// A message being written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bytes {
-    bytes: [u8; LONGEST],
+    bytes: [u8; MAX_MESSAGE],
     length: usize,
 }
 
@@ -237,7 +237,7 @@ impl Bytes {
     /// A message of a kind, of a device with so many axes; zero but for its first two bytes.
     #[must_use]
     pub fn new(kind: Kind, axes: Axes) -> Self {
-        let mut bytes = [0; LONGEST];
+        let mut bytes = [0; MAX_MESSAGE];
         bytes[0] = kind as u8;
         bytes[1] = VERSION;
         Self {

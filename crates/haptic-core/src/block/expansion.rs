@@ -17,13 +17,13 @@ use crate::math::sqrt;
 use crate::series::{Newest, ORDER, Path, RECIPROCAL, ROOM, Recurrence, Series, first_root};
 
 /// Share of the series' own time that a piece takes at most where the series does not reach its end.
-const LONGEST: f64 = 0.95;
+const MAX_SHARE: f64 = 0.95;
 /// Share taken of the length that the last coefficients promise.
 const SHARE: f64 = 0.9;
 
 /// A block in its coupling, as every piece needs it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Held {
+pub(crate) struct CoupledMass {
     /// kg.
     pub(crate) mass: f64,
     pub(crate) coupling: Coupling,
@@ -34,7 +34,7 @@ pub(crate) struct Held {
     holds: f64,
 }
 
-impl Held {
+impl CoupledMass {
     /// `holds` is the most that the contact holds, N.
     pub(crate) fn new(mass: f64, coupling: Coupling, holds: f64) -> Self {
         Self {
@@ -50,7 +50,7 @@ impl Held {
 /// Where a piece starts. Speeds and forces along the direction are positive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Start {
-    pub(crate) held: Held,
+    pub(crate) held: CoupledMass,
     pub(crate) direction: Direction,
     /// Speed along the direction, m/s.
     pub(crate) speed: f64,
@@ -160,7 +160,7 @@ impl Start {
             add_orders!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19);
             let last_sizes = &growing.sizes[ROOM - R::LOOK_BACK..];
             let reach = law.caution() * self.reach(last_sizes, law.tolerance_n());
-            expansion.end = reach.min(LONGEST);
+            expansion.end = reach.min(MAX_SHARE);
         }
         let Newest { distance, speed } = growing.newest;
         expansion.path.set(expansion.last, distance, speed);

@@ -3,7 +3,7 @@
 
 use super::course::Course;
 use super::exact::{Slide, SlidePiece};
-use super::expansion::{Held, Piece, Start};
+use super::expansion::{CoupledMass, Piece, Start};
 use super::linear_slide::{FallLevel, LinearSlide};
 use super::oscillator::Motion;
 use crate::contact::{Fall, FallSeries, LOOK_BACK_ON_CURVE, MIN_ON_CURVE, fallen_from};
@@ -16,7 +16,7 @@ use crate::snapshot::Archive;
 pub(crate) struct FallingSlide {
     /// The slide above the curve.
     fast: LinearSlide,
-    held: Held,
+    held: CoupledMass,
     /// `b`, N s/m.
     viscous: f64,
     /// Where the curve begins, N: the limit at which this slide let go.
@@ -73,7 +73,7 @@ enum Ends {
 
 impl FallingSlide {
     /// `fast` is the slide above the curve, `viscous` `b`, N s/m, and `velocity` `ws`, m/s.
-    pub(crate) fn new(fast: LinearSlide, held: Held, viscous: f64, velocity: f64) -> Self {
+    pub(crate) fn new(fast: LinearSlide, held: CoupledMass, viscous: f64, velocity: f64) -> Self {
         let mut slide = Self {
             fast,
             held,

@@ -26,7 +26,7 @@ pub use course::MAX_PHASE_PER_TICK_RAD;
 
 pub(crate) use body::Moving;
 pub(crate) use exact::{ExactBlock, Slides};
-pub(crate) use expansion::{Expansion, Held, Piece, Start};
+pub(crate) use expansion::{CoupledMass, Expansion, Piece, Start};
 pub(crate) use falling_slide::FallingSlide;
 pub(crate) use linear::LinearBlock;
 pub(crate) use linear_slide::LinearSlide;

@@ -8,7 +8,7 @@
 
 use super::body::{BlockState, Coupling, EventSink, Rendered};
 use super::course::{CoupledBlock, Course, Outcome, PiecewiseBlock, work_budget};
-use super::expansion::{Held, Piece, Start};
+use super::expansion::{CoupledMass, Piece, Start};
 use super::straight::straight_piece;
 use crate::contact::{Contact, ContactMemory, SpringContact, StaticLimit, Stroke, YieldingContact};
 use crate::directional::{Direction, Directional};
@@ -45,7 +45,7 @@ impl<R: StaticLimit> PiecewiseContact for SpringContact<Directional, R> {
 pub(crate) struct YieldingBlock<C> {
     coupled: CoupledBlock,
     contact: C,
-    held: Held,
+    held: CoupledMass,
     /// The most that the contact holds, N.
     holds: f64,
     /// Undamped angular frequency while stuck, rad/s.
@@ -59,7 +59,7 @@ impl<C: PiecewiseContact> YieldingBlock<C> {
         let mut block = Self {
             coupled: CoupledBlock::new(mass, coupling),
             contact,
-            held: Held::new(mass, coupling, holds),
+            held: CoupledMass::new(mass, coupling, holds),
             holds,
             fastest: sqrt((coupling.stiffness + contact_stiffness) / mass),
         };

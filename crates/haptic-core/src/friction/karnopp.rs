@@ -19,7 +19,7 @@
 
 use super::forces::{check_static_not_below, raise};
 use super::law::{self, DEFAULT_CONTACT_STIFFNESS, Law, LawKind};
-use crate::block::{Coupling, ExactBlock, FallingSlide, Held, LinearSlide, RigidLaw, Slides};
+use crate::block::{CoupledMass, Coupling, ExactBlock, FallingSlide, LinearSlide, RigidLaw, Slides};
 use crate::contact::{
     ConstantLimit, Level, Reseat, RisingLimit, SUDDEN_FALL_MPS, SpringContact, SpringState, StaticLimit, Stribeck,
 };
@@ -153,7 +153,7 @@ impl Karnopp {
         let holds = self.static_force.get(direction).max(self.dynamic_force.get(direction));
         FallingSlide::new(
             self.linear_slide(mass, coupling, direction),
-            Held::new(mass, *coupling, holds),
+            CoupledMass::new(mass, *coupling, holds),
             self.viscous.get(direction),
             self.stribeck_velocity,
         )

@@ -8,7 +8,7 @@ use crate::directional::Directional;
 use crate::friction::{Friction, Karnopp, Reseat};
 use crate::math::sqrt;
 use crate::parameters::{Parameter, SceneError};
-use crate::render::Shown;
+use crate::render::VisibleState;
 use crate::renderer::{FARTHEST_RESEAT_M, Rendering};
 use crate::scene::Scene;
 use crate::scheme::Scheme;
@@ -149,22 +149,22 @@ impl Rendering<Plane> for PlanarRenderer {
         self.stiffness
     }
 
-    fn shown(&self) -> Shown<Plane> {
+    fn shown(&self) -> VisibleState<Plane> {
         match &self.surface {
             Surface::Block(held) => {
                 let state = held.block.state();
-                Shown {
+                VisibleState {
                     position: state.position,
                     velocity: state.velocity,
                     contact: state.contact,
                 }
             }
-            Surface::Spring(spring) => Shown {
+            Surface::Spring(spring) => VisibleState {
                 position: spring.position,
                 velocity: spring.velocity,
                 contact: spring.contact(),
             },
-            Surface::Drag(drag) => Shown {
+            Surface::Drag(drag) => VisibleState {
                 position: drag.position,
                 velocity: drag.velocity,
                 contact: SLIDING,

@@ -9,4 +9,4 @@ mod surface;
 pub(crate) use block_setup::BlockSetup;
 pub(crate) use device::{DeviceSurface, ViscousSurface};
 pub(crate) use legs::Motion;
-pub(crate) use surface::{Shown, Surface};
+pub(crate) use surface::{Surface, VisibleState};

@@ -9,7 +9,7 @@ use core::fmt::Debug;
 
 /// What a tick shows of the block: a part of its [`BlockState`], which costs less to hand over.
 #[derive(Clone, Copy, Debug)]
-pub struct Shown<V = f64> {
+pub struct VisibleState<V = f64> {
     /// Position of the block, m.
     pub position: V,
     /// Velocity of the block, m/s.
@@ -18,10 +18,10 @@ pub struct Shown<V = f64> {
     pub contact: Contact,
 }
 
-impl Shown {
+impl VisibleState {
     /// The same of a motion along a line in a space, whose direction is a vector of the length 1.
-    pub(crate) fn along<V: Vector>(self, direction: V) -> Shown<V> {
-        Shown {
+    pub(crate) fn along<V: Vector>(self, direction: V) -> VisibleState<V> {
+        VisibleState {
             position: direction * self.position,
             velocity: direction * self.velocity,
             contact: self.contact,
@@ -39,7 +39,7 @@ pub(crate) trait Surface: Debug + Send + Sync {
     /// from there.
     fn state(&self) -> BlockState;
     /// The part of the state that every tick shows.
-    fn shown(&self) -> Shown;
+    fn shown(&self) -> VisibleState;
     /// See [`Moving::set_state`].
     fn set_state(&mut self, state: BlockState);
     /// See [`Moving::at_rest`].
@@ -91,14 +91,14 @@ impl<M: Moving> Surface for M {
         }
     }
 
-    fn shown(&self) -> Shown {
+    fn shown(&self) -> VisibleState {
         let BlockState {
             position,
             velocity,
             contact,
             ..
         } = Moving::state(self);
-        Shown {
+        VisibleState {
             position,
             velocity,
             contact,

@@ -87,7 +87,7 @@ pub(super) struct Mass {
 
 impl Mass {
     /// Fewest pulses that tell it.
-    const FEWEST: usize = 3;
+    const MIN_PULSES: usize = 3;
 
     /// Largest spread with which it is told, as a share of the mass.
     const MAX_SPREAD: f64 = 0.2;
@@ -103,7 +103,7 @@ impl Mass {
             .map(|(kg, within_kg)| kg + within_kg)
             .fold(0.0, f64::max);
         let (kg, spread_kg) = (0.5 * (least_kg + most_kg), 0.5 * (most_kg - least_kg));
-        (masses_kg.len() >= Self::FEWEST && spread_kg <= Self::MAX_SPREAD * kg).then_some(Self { kg, spread_kg })
+        (masses_kg.len() >= Self::MIN_PULSES && spread_kg <= Self::MAX_SPREAD * kg).then_some(Self { kg, spread_kg })
     }
 }
 

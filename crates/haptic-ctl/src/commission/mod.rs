@@ -120,8 +120,8 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     let largest_n = if arguments.check {
         CHECK_N.min(begun.force_limit_n)
     } else {
-        let usual_n = (DEFAULT_SHARE * begun.rig_force_limit_n).min(DEFAULT_MAX_N);
-        arguments.max_force_n.unwrap_or(usual_n)
+        let default_n = (DEFAULT_SHARE * begun.rig_force_limit_n).min(DEFAULT_MAX_N);
+        arguments.max_force_n.unwrap_or(default_n)
     };
     // NaN fails both comparisons.
     if !(largest_n > 0.0 && largest_n <= begun.force_limit_n) {

@@ -3,7 +3,7 @@
 use super::error::{CompareError, Side};
 use crate::gaps::in_gaps;
 use crate::identify::Record;
-use crate::interpolation::between;
+use crate::motion::between;
 use crate::smoothing::{HALF_WINDOW_S, encoder_step, less_inertia, velocity};
 use haptic_motion::median::extent;
 

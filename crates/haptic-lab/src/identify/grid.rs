@@ -4,7 +4,7 @@
 use super::karnopp::Motion;
 use super::options::Record;
 use crate::gaps::{self, SAME_SHARE, in_gaps};
-use crate::interpolation::{between, places};
+use crate::motion::{between, places};
 use crate::smoothing::{encoder_step, white_noise, whole};
 use haptic_motion::median::{extent, span_of_nine_tenths};
 use std::cell::OnceCell;

@@ -71,17 +71,17 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The bounds that were asked for, or else usual ones.
+    /// The bounds that were asked for, or else the default ones.
     #[must_use]
     pub fn new(rig: &IdentificationReply, force_n: Option<f64>, travel_m: Option<f64>) -> Self {
-        let usual_n = rig
+        let default_n = rig
             .friction_n
             .map_or(0.0, |friction_n| TIMES_FRICTION * friction_n)
             .max(DEFAULT_SHARE * rig.force_limit_n);
-        let usual_m = (SHARE_OF_TRAVEL * rig.travel_limit_m).min(MAX_TRAVEL_M);
+        let default_m = (SHARE_OF_TRAVEL * rig.travel_limit_m).min(MAX_TRAVEL_M);
         Self {
-            force_n: force_n.unwrap_or(usual_n.min(rig.force_limit_n)),
-            travel_m: travel_m.unwrap_or(usual_m),
+            force_n: force_n.unwrap_or(default_n.min(rig.force_limit_n)),
+            travel_m: travel_m.unwrap_or(default_m),
             most_m: rig.travel_limit_m,
             resolution_m: rig.resolution_m,
         }

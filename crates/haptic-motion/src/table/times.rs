@@ -25,7 +25,7 @@ const GAP_STEPS: f64 = 2.5;
 const ALIKE: f64 = 0.02;
 
 /// Fewest rows that show a pattern.
-const FEWEST: usize = 64;
+const MIN_ROWS: usize = 64;
 
 /// Share of rows with the stamp of the row before from which on stamps are of chunks.
 const CHUNKED_SHARE: f64 = 0.3;
@@ -137,7 +137,7 @@ impl Times {
         }
         let wrong: Vec<usize> = (0..keeps.len()).filter(|&row| !keeps[row]).collect();
         let Some(&first) = wrong.first() else { return Ok(()) };
-        if t.len() < FEWEST || wrong.len() * WRONG_ONE_IN > t.len().max(WRONG_ONE_IN) {
+        if t.len() < MIN_ROWS || wrong.len() * WRONG_ONE_IN > t.len().max(WRONG_ONE_IN) {
             let falls = || (1..t.len()).filter(|&at| t[at] < t[at - 1]);
             return Err(Disorder {
                 at: falls().next().unwrap_or(first),
@@ -213,7 +213,7 @@ impl Times {
 
     /// Stamps that are rounded, or of chunks of rows, are made even between gaps.
     fn even_out(&mut self) {
-        if self.t_s.len() < FEWEST {
+        if self.t_s.len() < MIN_ROWS {
             return;
         }
         let runs = Runs::of(&self.t_s);
@@ -308,7 +308,7 @@ impl Pattern {
         }
         let own_s = product / square;
         // A few steps tell the period less well than all others.
-        let is_own = stamps.len() >= FEWEST && (own_s - period_s).abs() <= ALIKE * period_s;
+        let is_own = stamps.len() >= MIN_ROWS && (own_s - period_s).abs() <= ALIKE * period_s;
         let step_s = if is_own { own_s } else { period_s };
         let even: Vec<f64> = (0..stamps.len())
             .map(|at| stamps[0] + mean + (at as f64 - middle) * step_s)

@@ -10,7 +10,7 @@ pub(crate) mod top_bar;
 use crate::intent::Intent;
 use crate::stop::report::StopReport;
 use crate::update::{Answer, StopNews, Update};
-use crate::wording::significant;
+use crate::words::significant;
 use advice::Advised;
 use haptic_core::{Scene, adviser};
 use haptic_ipc::socket_path::NamedSocket;

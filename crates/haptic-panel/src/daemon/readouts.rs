@@ -10,7 +10,7 @@ use egui::{Color32, Label, RichText, Ui};
 use haptic_ipc::Sample;
 
 /// Size of the largest numbers, points.
-const LARGEST: f32 = 28.0;
+const MAX_TEXT: f32 = 28.0;
 
 /// Width of the longest number with its unit, as a multiple of its height.
 const DIGITS: f32 = 5.0;
@@ -81,7 +81,7 @@ fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Col
     ui.spacing_mut().item_spacing = egui::vec2(4.0, 0.0);
     // In a narrow window the numbers are smaller, so that they do not overlap.
     let digits = if value.contains(',') { DIGITS_OF_TWO } else { DIGITS };
-    let size = (ui.available_width() / digits).clamp(SMALLEST_TEXT, LARGEST);
+    let size = (ui.available_width() / digits).clamp(SMALLEST_TEXT, MAX_TEXT);
     ui.add(Label::new(RichText::new(title).small()).truncate());
     let color = color.unwrap_or(ui.visuals().strong_text_color());
     ui.horizontal(|ui| {

@@ -5,7 +5,7 @@ use crate::intent::Intent;
 use crate::stop::button;
 use crate::stop::report::is_halted;
 use crate::theme::Palette;
-use crate::wording::{is_name_of, shortened};
+use crate::words::{is_name_of, shortened};
 use egui::text::LayoutJob;
 use egui::{
     Align, Align2, Area, Button, Color32, Frame, Id, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2,

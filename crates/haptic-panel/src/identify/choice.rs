@@ -1,6 +1,6 @@
 //! What is asked: from which samples, which model, and what is known beforehand.
 
-use super::fitting::{Choice, Fitting, Origin};
+use super::fit::{Choice, Fitting, Origin};
 use crate::dialogs;
 use crate::drop_down::{self, Item};
 use crate::intent::{DialogPurpose, Intent};

@@ -1,6 +1,6 @@
 //! The question of identification that the user's choices make.
 
-use super::fitting::Origin;
+use super::fit::Origin;
 use super::question::{Data, Question, Samples};
 use crate::daemon::Daemon;
 use crate::tapes::Tapes;

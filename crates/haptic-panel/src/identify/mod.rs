@@ -3,9 +3,9 @@
 
 mod choice;
 mod chosen;
+pub(crate) mod fit;
 mod fit_chart;
 mod fit_plots;
-pub(crate) mod fitting;
 mod question;
 mod result;
 
@@ -16,7 +16,7 @@ use crate::theme::Palette;
 use crate::view::View;
 use egui::style::ScrollStyle;
 use egui::{Button, CentralPanel, Label, Panel, ProgressBar, RichText, ScrollArea, Ui};
-use fitting::{Origin, Progress};
+use fit::{Origin, Progress};
 
 pub use question::{Found, Question};
 

@@ -1,7 +1,7 @@
 //! What was identified, and what is done with it.
 
 use super::Found;
-use super::fitting::{Fitting, Foreseen, Progress};
+use super::fit::{Fitting, Foreseen, Progress};
 use crate::drop_down::is_entered;
 use crate::intent::Intent;
 use crate::model::Model;

@@ -3,7 +3,7 @@
 use super::reference::Reference;
 use super::scope::Scope;
 use crate::tapes::Tapes;
-use crate::typing::number_field;
+use crate::text_input::number_field;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::style::StyleModifier;
 use egui::{Button, PopupCloseBehavior, RichText, Ui};

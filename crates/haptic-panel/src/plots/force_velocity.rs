@@ -6,7 +6,7 @@ use super::chart::{Across, Axes, Chart, Curve, Ink, Overlay, Trace};
 use super::frame::{self, GRAB, RIGHT_MARGIN, zoom};
 use super::reference::Reference;
 use super::scope::{Scope, TimeRange};
-use super::{legend, picture_taking};
+use super::{legend, picture};
 use crate::drop_down::{self, Item};
 use crate::plots::scope::against::{Against, Extent};
 use crate::tape::Tape;
@@ -15,7 +15,7 @@ use crate::tape::plane::{self, Component};
 use crate::tape::signal::{MM_PER_M, Quantity, Signal};
 use crate::tapes::Tapes;
 use crate::theme::Palette;
-use crate::wording::significant;
+use crate::words::significant;
 use egui::{Label, Pos2, RichText, Sense, TextStyle, Ui, vec2};
 use egui_plot::{PlotPoint, PlotResponse, PlotTransform};
 use haptic_core::{Parameter, Scene};
@@ -330,7 +330,7 @@ pub(crate) fn show(
 
 fn show_choice(ui: &mut Ui, against: &mut Against) {
     ui.horizontal_wrapped(|ui| {
-        picture_taking::hide_controls(ui);
+        picture::hide_controls(ui);
         for (name, chosen) in [
             ("vertical signal", &mut against.up),
             ("horizontal signal", &mut against.across),

@@ -12,7 +12,7 @@ pub(crate) mod limits;
 mod mark_strip;
 pub(crate) mod measure;
 pub(crate) mod over_time;
-pub(crate) mod picture_taking;
+pub(crate) mod picture;
 pub(crate) mod plane;
 mod plot_header;
 pub(crate) mod reference;
@@ -74,7 +74,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             let top = ui.cursor().top();
             let beside = &mut model.view.layout.beside;
             ui.horizontal(|ui| {
-                picture_taking::hide_controls(ui);
+                picture::hide_controls(ui);
                 for group in PlotGroup::BESIDE {
                     ui.selectable_value(beside, group, RichText::new(group.name()).small());
                 }

@@ -14,7 +14,7 @@ use crate::tape::plane::Component;
 use crate::tape::signal::{MM_PER_M, Signal};
 use crate::theme::Palette;
 use crate::view::PlotGroup;
-use crate::wording::{shortened, significant};
+use crate::words::{shortened, significant};
 use egui::{Align, CentralPanel, Color32, Layout, Ui, vec2};
 use haptic_core::Parameter;
 use haptic_core::planar::Workspace;

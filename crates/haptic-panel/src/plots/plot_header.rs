@@ -2,7 +2,7 @@
 
 use super::axis::AXIS_WIDTH;
 use super::legend::{self, Entry};
-use super::picture_taking;
+use super::picture;
 use crate::plots::scope::plot_list::PlotList;
 use crate::tape::signal::{Quantity, Signal};
 use egui::containers::menu::{MenuButton, MenuConfig};
@@ -41,7 +41,7 @@ pub(super) fn show(
         let mut within = ui.new_child(UiBuilder::new().max_rect(area).layout(layout));
         within.shrink_clip_rect(area);
         legend::show(&mut within, entries);
-        picture_taking::hide_controls(ui);
+        picture::hide_controls(ui);
         show_menu(ui, plots, place, is_plane)
     });
     row.inner

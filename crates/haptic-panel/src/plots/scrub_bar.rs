@@ -2,7 +2,7 @@
 
 use super::axis::AXIS_WIDTH;
 use super::frame::{RIGHT_MARGIN, zoom};
-use super::picture_taking;
+use super::picture;
 use super::scope::Scope;
 use crate::tape::signal::Signal;
 use crate::tapes::Tapes;
@@ -21,7 +21,7 @@ const NARROWEST: f32 = 4.0;
 pub(super) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     let size = vec2(ui.available_width(), INNER_HEIGHT);
     let (row, _) = ui.allocate_exact_size(size, Sense::hover());
-    picture_taking::hide_controls(ui);
+    picture::hide_controls(ui);
     let bar = Rect::from_min_max(row.min + vec2(AXIS_WIDTH, 0.0), row.max - vec2(RIGHT_MARGIN, 0.0));
     let response = ui
         .interact(bar, ui.scope_id().with("overview"), Sense::click_and_drag())

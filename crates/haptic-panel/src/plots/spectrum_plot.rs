@@ -4,15 +4,15 @@ use super::axis::{AXIS_WIDTH, reach};
 use super::chart::{Chart, Curve, Ink};
 use super::frame::{self, RIGHT_MARGIN};
 use super::scope::Scope;
-use super::{legend, picture_taking};
+use super::{legend, picture};
 use crate::drop_down::{self, Item};
-use crate::plots::measure::measuring::Measuring;
+use crate::plots::measure::results::Measuring;
 use crate::plots::measure::spectrum::{Scaling, Spectrum};
 use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
 use crate::tapes::Tapes;
 use crate::theme::Palette;
-use crate::wording::significant;
+use crate::words::significant;
 use egui::{RichText, Ui};
 use std::time::Duration;
 
@@ -86,7 +86,7 @@ pub(super) fn show(ui: &mut Ui, tapes: &Tapes, scope: &Scope, measuring: &mut Me
 
 fn show_choice(ui: &mut Ui, measuring: &mut Measuring) {
     ui.horizontal(|ui| {
-        picture_taking::hide_controls(ui);
+        picture::hide_controls(ui);
         let signal = measuring.signal;
         let items = || Signal::ALL.map(|other| Item::new(other, other.name(), &signal)).into();
         let (chosen, _) = drop_down::show(ui, "signal of the spectrum", 140.0, signal.name(), items);

@@ -3,10 +3,10 @@
 use super::reference::Reference;
 use super::scope::Scope;
 use crate::plots::measure::difference::{self, difference};
-use crate::plots::measure::measuring::{Measuring, Row};
+use crate::plots::measure::results::{Measuring, Row};
 use crate::plots::measure::statistics::Statistics;
 use crate::tapes::Tapes;
-use crate::wording::significant;
+use crate::words::significant;
 use egui::style::ScrollStyle;
 use egui::{Align, Label, Layout, RichText, ScrollArea, Ui, WidgetInfo, vec2};
 use std::time::Duration;

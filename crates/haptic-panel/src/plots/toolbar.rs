@@ -10,8 +10,8 @@ use crate::plots::scope::trigger::Mode;
 use crate::plots::scope::value_axis::{FARTHEST, ValueAxis};
 use crate::tape::signal::Quantity;
 use crate::tapes::Tapes;
-use crate::typing::number_field;
-use crate::wording::significant;
+use crate::text_input::number_field;
+use crate::words::significant;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Align, Button, Label, Layout, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
 use std::path::PathBuf;
@@ -127,13 +127,13 @@ pub(super) fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     });
     let field = ui.add_sized(SPAN_SIZE, field).accessible_name("time seen");
     field.on_hover_text("The time that is seen, to be dragged or typed");
-    let usual_s = scope.usual_s();
-    let usual = ui.add_enabled(span_s != usual_s, Button::new("5 s"));
+    let default_s = scope.default_s();
+    let usual = ui.add_enabled(span_s != default_s, Button::new("5 s"));
     let usual = usual
         .accessible_name("back to 5 s")
         .on_hover_text("Shows five seconds again");
     if usual.clicked() {
-        typed_s = usual_s;
+        typed_s = default_s;
     }
     if typed_s != span_s {
         scope.zoom(span_s / typed_s, middle_s);

@@ -5,7 +5,7 @@ use crate::drop_down::{self, Item};
 use crate::plots::scope::trigger::{Edge, Mode, Trigger};
 use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
-use crate::typing::number_field;
+use crate::text_input::number_field;
 use egui::{Button, RichText, Ui};
 use std::borrow::Cow;
 

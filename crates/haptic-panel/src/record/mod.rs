@@ -1,13 +1,13 @@
 //! Recordings: written on a thread of their own, listed, read and looked at. The page has what is made and listed at
 //! the left, and what is looked at on the right.
 
+mod controls;
 #[cfg(test)]
 #[path = "../../tests/fixture/metadata.rs"]
 pub(crate) mod fixture;
 mod folder_list;
-mod listing;
+mod folder_reader;
 mod loaded;
-mod making;
 mod opened;
 mod recorder;
 mod recordings;
@@ -19,11 +19,11 @@ use crate::model::Model;
 use crate::plots;
 use egui::{CentralPanel, Panel, Ui};
 
-pub(crate) use listing::list;
-pub use listing::{About, Length, Listed};
+pub(crate) use controls::take_marker_key;
+pub(crate) use folder_reader::list;
+pub use folder_reader::{About, Length, Listed};
 pub use loaded::Loaded;
 pub(crate) use loaded::Opened;
-pub(crate) use making::take_marker_key;
 pub use recorder::RecordingNews;
 pub(crate) use recorder::{Recorder, amount};
 pub(crate) use recordings::Recordings;
@@ -38,7 +38,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         .exact_size(LIST_WIDTH)
         .show(ui, |ui| {
             ui.add_space(4.0);
-            making::show(ui, model, intents);
+            controls::show(ui, model, intents);
             ui.separator();
             folder_list::show(ui, model, intents);
         });

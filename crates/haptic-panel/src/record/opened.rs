@@ -5,7 +5,7 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::tapes::{Tapes, WhatIf};
 use crate::theme::Palette;
-use crate::wording::shortened;
+use crate::words::shortened;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, Color32, PopupCloseBehavior, RichText, ScrollArea, Ui, Vec2, vec2};
 use haptic_core::scene::SceneFile;

@@ -83,7 +83,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     }
     page::show(model.view.page, ui, model, &mut intents);
     help::show(ui, page_area, &mut model.view.help_shown);
-    subject::show(ui.ctx(), &model.view.studying.screen);
+    subject::show(ui.ctx(), &model.view.study.screen);
     keep_keyboard(ui, had_keyboard);
     model.view.tuning.note_sent(&intents);
     let (changes, wait) = model.due(now);

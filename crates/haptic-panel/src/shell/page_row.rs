@@ -8,7 +8,7 @@ use crate::page::Page;
 use crate::record::amount;
 use crate::theme::Palette;
 use crate::view::{Closing, Reading};
-use crate::wording::shortened;
+use crate::words::shortened;
 use egui::{Frame, Key, Modifiers, ProgressBar, RichText, Ui};
 use std::time::Duration;
 
@@ -101,7 +101,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         // What a page did is shown before what was done to a file.
         let of_page = match view.page {
             Page::Identify => &mut view.fitting.report,
-            Page::Task | Page::Perception => &mut view.studying.report,
+            Page::Task | Page::Perception => &mut view.study.report,
             Page::Tune | Page::Record | Page::Plane => &mut None,
         };
         let notice = if of_page.is_some() {

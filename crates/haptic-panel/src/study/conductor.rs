@@ -9,7 +9,7 @@ use super::subject_screen::SubjectAction;
 use crate::intent::Intent;
 use crate::stop::report::is_halted;
 use crate::update::{Answer, Update};
-use crate::wording::sentence_case;
+use crate::words::sentence_case;
 use haptic_core::Scene;
 use haptic_ipc::{ChangeReply, DaemonMirror, Event, RigState};
 use haptic_studies::pace::Pace;

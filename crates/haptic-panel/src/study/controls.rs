@@ -5,7 +5,7 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::study::{Stage, StudyCommand, StudyState, SubjectScreen, SubjectState};
 use crate::theme::Palette;
-use crate::wording::shortened;
+use crate::words::shortened;
 use egui::{Button, Grid, Label, ProgressBar, RichText, TextEdit, Ui, Vec2, vec2};
 use std::sync::Arc;
 
@@ -16,14 +16,14 @@ const BUTTON_SIZE: Vec2 = vec2(150.0, 36.0);
 const LIST_WIDTH: f32 = 220.0;
 
 pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
-    let studying = &mut model.view.studying;
-    let Some(state) = studying.state() else { return };
+    let study = &mut model.view.study;
+    let Some(state) = study.state() else { return };
     let mut commands = Vec::new();
     show_study(ui, state, &mut commands);
     ui.separator();
     show_buttons(ui, state, &mut commands);
     ui.separator();
-    show_screen(ui, &studying.screen);
+    show_screen(ui, &study.screen);
     ui.separator();
     Grid::new("now").num_columns(2).show(ui, |ui| {
         for (name, value) in &state.now {
@@ -34,14 +34,14 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     });
     ui.separator();
     ui.horizontal(|ui| {
-        let field = TextEdit::singleline(&mut studying.note)
+        let field = TextEdit::singleline(&mut study.note)
             .hint_text("A note")
             .desired_width(ui.available_width() - 64.0);
         let field = ui.add(field).accessible_name("note on the study");
-        let text = studying.note.trim().to_owned();
+        let text = study.note.trim().to_owned();
         let button = ui.add_enabled(!text.is_empty(), Button::new("Note"));
         if !text.is_empty() && (button.clicked() || is_entered(ui, &field)) {
-            studying.note.clear();
+            study.note.clear();
             commands.push(StudyCommand::Note(text));
         }
     });

@@ -85,7 +85,7 @@ impl StudyForm {
 
 /// The experimenter's side of a study.
 #[derive(Debug, Default)]
-pub(crate) struct Studying {
+pub(crate) struct StudyView {
     pub(crate) form: StudyForm,
     /// A study is being made or opened.
     is_asked: bool,
@@ -98,7 +98,7 @@ pub(crate) struct Studying {
     pub(crate) screen: Arc<SubjectScreen>,
 }
 
-impl Studying {
+impl StudyView {
     /// What the study's thread has reported last.
     pub(crate) fn state(&self) -> Option<&StudyState> {
         self.state.as_ref()

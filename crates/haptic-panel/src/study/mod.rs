@@ -47,7 +47,7 @@ pub(super) fn show_perception(ui: &mut Ui, model: &mut Model, intents: &mut Vec<
 }
 
 fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec<Intent>) {
-    let open = model.view.studying.state().map(|state| state.task);
+    let open = model.view.study.state().map(|state| state.task);
     Panel::left("study")
         .resizable(false)
         .exact_size(LEFT_WIDTH)
@@ -64,16 +64,16 @@ fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec<Intent>) {
         });
     CentralPanel::default_margins().show(ui, |ui| {
         if open != Some(task) {
-            setup::explain(ui, &mut model.view.studying, task, intents);
+            setup::explain(ui, &mut model.view.study, task, intents);
             return;
         }
         let Model { tapes, view, .. } = model;
-        let Some(state) = view.studying.state() else { return };
+        let Some(state) = view.study.state() else { return };
         controls::show_stage(ui, state);
         let height = (ui.available_height() * 0.55).min(ui.available_height() - LOWEST_TABLE);
         live::show(ui, tapes.live(), state, height.max(LOWEST_TABLE));
         ui.separator();
-        trials::show(ui, state, view.studying.rows());
+        trials::show(ui, state, view.study.rows());
     });
 }
 

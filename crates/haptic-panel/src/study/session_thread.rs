@@ -1,5 +1,5 @@
-//! The study's thread: it feeds the session with ticks, puts each trial on the disk before the next tick, and reports
-//! to the experimenter. Only this thread waits for the disk of the study.
+//! The study's thread: it feeds the session with ticks, has each trial on the disk before the next tick, and reports to
+//! the experimenter.
 
 use super::conductor::{self, Conductor, RAMP_MS, SceneBefore};
 use super::news::{Stage, StudyCommand, StudyNews, StudyPlan, StudyState, SubjectState};

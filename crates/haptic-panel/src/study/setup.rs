@@ -1,6 +1,6 @@
 //! Making a study, and opening one.
 
-use super::form::{StudyForm, Studying};
+use super::form::{StudyForm, StudyView};
 use crate::dialogs;
 use crate::intent::{DialogPurpose, Intent};
 use crate::model::Model;
@@ -11,7 +11,7 @@ use haptic_studies::plan::Task;
 /// Shows what a new study needs, and the way to one that is there.
 pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec<Intent>) {
     let view = &mut model.view;
-    if let Some(open) = view.studying.state().map(|state| state.task) {
+    if let Some(open) = view.study.state().map(|state| state.task) {
         ui.label("Another study is open.");
         let page = Page::of(open);
         if ui.button(format!("To the page {}", page.name())).clicked() {
@@ -19,9 +19,9 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec
         }
         return;
     }
-    show_form(ui, &mut view.studying.form, intents);
+    show_form(ui, &mut view.study.form, intents);
     ui.add_space(8.0);
-    show_buttons(ui, &mut view.studying, task, intents);
+    show_buttons(ui, &mut view.study, task, intents);
 }
 
 fn show_form(ui: &mut Ui, form: &mut StudyForm, intents: &mut Vec<Intent>) {
@@ -80,9 +80,9 @@ fn show_form(ui: &mut Ui, form: &mut StudyForm, intents: &mut Vec<Intent>) {
 }
 
 /// Makes or opens the study of the form, and says what the form lacks.
-fn show_buttons(ui: &mut Ui, studying: &mut Studying, task: Task, intents: &mut Vec<Intent>) {
-    let (create, open) = (studying.form.create(task), studying.form.open());
-    let is_asked = studying.is_asked();
+fn show_buttons(ui: &mut Ui, study: &mut StudyView, task: Task, intents: &mut Vec<Intent>) {
+    let (create, open) = (study.form.create(task), study.form.open());
+    let is_asked = study.is_asked();
     ui.horizontal(|ui| {
         for (label, command, about) in [
             ("New study", &create, "Makes the folder, and opens it"),
@@ -93,7 +93,7 @@ fn show_buttons(ui: &mut Ui, studying: &mut Studying, task: Task, intents: &mut 
             let problem = command.as_ref().err().map_or("A study is being opened", String::as_str);
             let is_pressed = button.on_hover_text(about).on_disabled_hover_text(problem).clicked();
             if let (true, Ok(command)) = (is_pressed, command) {
-                studying.note_sent(command);
+                study.note_sent(command);
                 intents.push(Intent::Study(command.clone()));
             }
         }
@@ -104,7 +104,7 @@ fn show_buttons(ui: &mut Ui, studying: &mut Studying, task: Task, intents: &mut 
 }
 
 /// Says what the page is for, and offers the next step.
-pub(super) fn explain(ui: &mut Ui, studying: &mut Studying, task: Task, intents: &mut Vec<Intent>) {
+pub(super) fn explain(ui: &mut Ui, study: &mut StudyView, task: Task, intents: &mut Vec<Intent>) {
     let (title, text) = match task {
         Task::Fitts => (
             "Targets under five resistances",
@@ -119,19 +119,19 @@ pub(super) fn explain(ui: &mut Ui, studying: &mut Studying, task: Task, intents:
     ui.heading(title);
     ui.label(text);
     ui.label("Make a study at the left, or open one; then show the subject's screen, engage the rig and begin.");
-    if studying.state().is_some() {
+    if study.state().is_some() {
         return;
     }
-    match studying.form.create(task) {
-        Ok(command) if !studying.is_asked() => {
+    match study.form.create(task) {
+        Ok(command) if !study.is_asked() => {
             if ui.button("Make this study").clicked() {
-                studying.note_sent(&command);
+                study.note_sent(&command);
                 intents.push(Intent::Study(command));
             }
         }
         Ok(_) => {}
         Err(_) => {
-            let asked = (DialogPurpose::StudyFolder, studying.form.folder.as_str());
+            let asked = (DialogPurpose::StudyFolder, study.form.folder.as_str());
             dialogs::browse_button(
                 ui,
                 "Choose the study's folder...",

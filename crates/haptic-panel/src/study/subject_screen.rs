@@ -64,14 +64,14 @@ struct State {
     window: Option<Context>,
     is_full_screen: bool,
     /// The last frame, where it shows a cursor.
-    shown: Option<Shown>,
+    shown: Option<CursorFrame>,
     latencies: Latencies,
     /// The frames that the study has not taken yet.
     fresh: Vec<Frame>,
 }
 
 /// A frame that shows a cursor.
-struct Shown {
+struct CursorFrame {
     /// When the frame began.
     began: Instant,
     /// When the sample that it shows was received.
@@ -197,7 +197,7 @@ impl SubjectScreen {
         let scale = state.scale;
         let newest = state.newest.filter(|_| state.has_cursor());
         let cursor_m = newest.zip(scale).map(|((sample, received), scale)| {
-            state.shown = Some(Shown {
+            state.shown = Some(CursorFrame {
                 began: now,
                 received,
                 before: Duration::from_nanos(sample.device_round_trip_ns),

@@ -1,10 +1,10 @@
 //! The advice: a line below the parameter of each finding, and a table of all findings.
 
-use super::edit::{Hand, ParameterEdits};
+use super::edit::{EditBy, ParameterEdits};
 use crate::daemon::Daemon;
 use crate::daemon::advice::{Advised, Fix, Warning, four_digits};
 use crate::theme::Palette;
-use crate::wording::{sentence_case, shortened, spoken, subject};
+use crate::words::{sentence_case, shortened, spoken, subject};
 use egui::{
     Align, Align2, Atom, AtomExt, Button, Color32, Grid, Label, Layout, Rect, Response, RichText, Shape, Sides,
     TextStyle, Ui, Vec2, vec2,
@@ -49,7 +49,7 @@ pub(crate) fn show(ui: &mut Ui, about: &ParameterDescription, edits: &mut Parame
     }
     if let Some(Fix { target, value }) = wanted {
         let edit = edits.edit(target.direction);
-        edit.change(value, Hand::Once);
+        edit.change(value, EditBy::Once);
         edit.typing = None;
     }
 }

@@ -14,7 +14,7 @@ const KEYS_PAUSE: Duration = Duration::from_secs(1);
 
 /// How the user changes a value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Hand {
+pub(crate) enum EditBy {
     /// At once: typed, or by a button.
     #[default]
     Once,
@@ -42,9 +42,9 @@ pub(crate) struct Edit {
     /// `wanted` waits to be sent.
     unsent: bool,
     /// How `wanted` came about.
-    hand: Hand,
+    by: EditBy,
     /// How the last sent change came about, while another may continue it.
-    run: Option<Hand>,
+    run: Option<EditBy>,
     /// Sent changes without an answer.
     unanswered: u32,
     /// Time of the last send.
@@ -96,8 +96,8 @@ impl Edit {
     }
 
     /// The user wants `value`.
-    pub(crate) fn change(&mut self, value: f64, hand: Hand) {
-        (self.wanted, self.hand) = (Some(value), hand);
+    pub(crate) fn change(&mut self, value: f64, by: EditBy) {
+        (self.wanted, self.by) = (Some(value), by);
         self.unsent = true;
         self.refusal = None;
     }
@@ -132,14 +132,14 @@ impl Edit {
         if let Some(since) = since.filter(|since| *since < period) {
             return Err(Some(period - since));
         }
-        let continues = match self.hand {
-            Hand::Once => false,
-            Hand::Drag => true,
-            Hand::Keys => since.is_some_and(|since| since < KEYS_PAUSE),
+        let continues = match self.by {
+            EditBy::Once => false,
+            EditBy::Drag => true,
+            EditBy::Keys => since.is_some_and(|since| since < KEYS_PAUSE),
         };
         // A try goes back by an undo of its own.
-        let merge = continues && !is_try && self.run == Some(self.hand);
-        self.run = Some(self.hand).filter(|_| !is_try);
+        let merge = continues && !is_try && self.run == Some(self.by);
+        self.run = Some(self.by).filter(|_| !is_try);
         self.unsent = false;
         self.unanswered += 1;
         self.sent_at = Some(now);
@@ -217,7 +217,7 @@ impl ParameterEdits {
     pub(crate) fn join(&mut self, about: &ParameterDescription) {
         self.split = false;
         if !about.value.is_symmetric() {
-            self.both.change(about.value.positive, Hand::Once);
+            self.both.change(about.value.positive, EditBy::Once);
         }
     }
 
@@ -278,7 +278,7 @@ mod tests {
         let mut sent = Vec::new();
         for frame in 0..144 {
             let now = at(f64::from(frame) / 144.0);
-            edit.change(f64::from(frame), Hand::Drag);
+            edit.change(f64::from(frame), EditBy::Drag);
             sent.extend(edit.due(now, false));
         }
         edit.hold(false);
@@ -289,9 +289,9 @@ mod tests {
     }
 
     /// Whether each change that was sent continues the one before.
-    fn merges(edit: &mut Edit, hand: Hand, at_s: impl IntoIterator<Item = f64>) -> Vec<bool> {
+    fn merges(edit: &mut Edit, by: EditBy, at_s: impl IntoIterator<Item = f64>) -> Vec<bool> {
         let changes = at_s.into_iter().map(|at_s| {
-            edit.change(at_s, hand);
+            edit.change(at_s, by);
             edit.due(at(at_s), false).expect("it is due").merge
         });
         changes.collect()
@@ -302,20 +302,20 @@ mod tests {
         let mut edit = Edit::default();
         for begin in [1.0, 10.0] {
             edit.hold(true);
-            let drag = merges(&mut edit, Hand::Drag, [begin, begin + 0.1]);
+            let drag = merges(&mut edit, EditBy::Drag, [begin, begin + 0.1]);
             // A hand may rest in the middle of a drag, and its last value may wait until after it.
-            edit.change(0.0, Hand::Drag);
+            edit.change(0.0, EditBy::Drag);
             edit.hold(false);
             let last = edit.due(at(begin + 8.0), false).expect("it is due");
             assert_eq!((drag, last.merge), (vec![false, true], true), "each drag is a step");
         }
         assert_eq!(
-            merges(&mut edit, Hand::Keys, [18.5, 18.6, 19.5, 20.6]),
+            merges(&mut edit, EditBy::Keys, [18.5, 18.6, 19.5, 20.6]),
             [false, true, true, false]
         );
-        assert_eq!(merges(&mut edit, Hand::Once, [21.0, 21.1]), [false, false]);
+        assert_eq!(merges(&mut edit, EditBy::Once, [21.0, 21.1]), [false, false]);
         assert_eq!(
-            merges(&mut edit, Hand::Keys, [21.2]),
+            merges(&mut edit, EditBy::Keys, [21.2]),
             [false],
             "not with what was typed"
         );
@@ -325,19 +325,19 @@ mod tests {
     fn what_follows_a_refusal_or_a_try_is_a_step_of_its_own() {
         let mut edit = Edit::default();
         edit.hold(true);
-        assert_eq!(merges(&mut edit, Hand::Drag, [1.0, 2.0]), [false, true]);
+        assert_eq!(merges(&mut edit, EditBy::Drag, [1.0, 2.0]), [false, true]);
         edit.answered(Err("too much".into()));
-        assert_eq!(merges(&mut edit, Hand::Drag, [3.0, 4.0]), [false, true]);
+        assert_eq!(merges(&mut edit, EditBy::Drag, [3.0, 4.0]), [false, true]);
         edit.hold(false);
-        edit.change(1.0, Hand::Keys);
+        edit.change(1.0, EditBy::Keys);
         assert!(!edit.due(at(5.0), true).expect("it is due").merge);
-        edit.change(2.0, Hand::Keys);
+        edit.change(2.0, EditBy::Keys);
         assert!(
             !edit.due(at(5.5), true).expect("it is due").merge,
             "each try goes back alone"
         );
         assert_eq!(
-            merges(&mut edit, Hand::Keys, [6.0]),
+            merges(&mut edit, EditBy::Keys, [6.0]),
             [false],
             "what stays is not undone with a try"
         );
@@ -346,7 +346,7 @@ mod tests {
     #[test]
     fn the_value_wanted_is_shown_until_the_daemon_has_decided() {
         let mut edit = Edit::default();
-        edit.change(2.0, Hand::Once);
+        edit.change(2.0, EditBy::Once);
         assert_eq!(value(edit.due(at(0.0), false)), Ok(2.0));
         assert_eq!(edit.shown(1.0), 2.0);
         assert_eq!(edit.outcome(), Outcome::Pending);
@@ -360,7 +360,7 @@ mod tests {
     fn an_answer_during_a_drag_does_not_move_the_handle() {
         let mut edit = Edit::default();
         edit.hold(true);
-        edit.change(2.0, Hand::Drag);
+        edit.change(2.0, EditBy::Drag);
         assert_eq!(value(edit.due(at(0.0), false)), Ok(2.0));
         edit.answered(Ok(Some(9)));
         assert_eq!((edit.shown(1.0), edit.outcome()), (2.0, Outcome::Applied(9)));
@@ -372,7 +372,7 @@ mod tests {
     fn a_try_is_sent_when_the_handle_is_let_go() {
         let mut edit = Edit::default();
         edit.hold(true);
-        edit.change(2.0, Hand::Drag);
+        edit.change(2.0, EditBy::Drag);
         assert_eq!(value(edit.due(at(0.0), true)), Err(None));
         edit.hold(false);
         assert_eq!(value(edit.due(at(0.1), true)), Ok(2.0));

@@ -1,11 +1,11 @@
 //! The library of scenes: pick one, save and compare.
 
-use super::tuning::{SLOTS, Tuning};
+use super::scene_edits::{SLOTS, Tuning};
 use crate::drop_down::{self, Item};
 use crate::intent::Intent;
+use crate::text_input::number_field;
 use crate::theme::Palette;
-use crate::typing::number_field;
-use crate::wording::is_name_of;
+use crate::words::is_name_of;
 use egui::{Button, CollapsingHeader, Id, Key, Label, RichText, TextEdit, Ui};
 use haptic_ipc::{DaemonMirror, Difference, ListedScene, SceneRef};
 

@@ -6,9 +6,9 @@ mod journal;
 mod library;
 mod panel;
 mod parameter_row;
+pub(crate) mod scene_edits;
 mod tools;
 mod trial;
-pub(crate) mod tuning;
 
 use crate::daemon::{readouts, top_bar};
 use crate::intent::Intent;

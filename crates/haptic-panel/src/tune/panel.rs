@@ -1,11 +1,11 @@
 //! The scene: the list of scenes, its law, a slider and a field for each parameter, and the journal.
 
-use super::tuning::Tuning;
+use super::scene_edits::Tuning;
 use super::{advice_lines, journal, library, parameter_row, tools};
 use crate::daemon::Daemon;
 use crate::intent::Intent;
 use crate::theme::Palette;
-use crate::wording::{in_two_lines, sentence_case};
+use crate::words::{in_two_lines, sentence_case};
 use egui::style::{ScrollAnimation, ScrollStyle};
 use egui::{Align, Button, Id, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
 

@@ -2,11 +2,11 @@
 //! outcome of the last change.
 
 use super::advice_lines;
-use super::edit::{Edit, Hand, Outcome, ParameterEdits};
+use super::edit::{Edit, EditBy, Outcome, ParameterEdits};
 use crate::daemon::Daemon;
 use crate::daemon::advice::active_value;
 use crate::theme::Palette;
-use crate::wording::{sentence_case, spoken};
+use crate::words::{sentence_case, spoken};
 use egui::accesskit::Action;
 use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
@@ -166,14 +166,14 @@ fn show_slider(ui: &mut Ui, width: f32, about: &ParameterDescription, edit: &mut
     let steps = key_steps(ui, slider.id);
     if steps != 0.0 {
         // The slider's own step is the smallest useful one: a thousand from end to end.
-        edit.change(stepped(about, before, steps), Hand::Keys);
+        edit.change(stepped(about, before, steps), EditBy::Keys);
         edit.typing = None;
     } else if slider.changed() {
         // The last change of a drag may come with its end; the rest is a screen reader.
         let hand = if is_held || slider.drag_stopped() {
-            Hand::Drag
+            EditBy::Drag
         } else {
-            Hand::Once
+            EditBy::Once
         };
         edit.change(round_to_step(value, about.step), hand);
         edit.typing = None;
@@ -245,7 +245,7 @@ fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, active
         && is_left_by_key
     {
         match quantity::parse(&typed, &about.unit) {
-            Ok(value) => edit.change(value, Hand::Once),
+            Ok(value) => edit.change(value, EditBy::Once),
             Err(why) => edit.reject(why.to_string()),
         }
     }

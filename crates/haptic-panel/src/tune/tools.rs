@@ -1,11 +1,11 @@
 //! The controls of the whole scene: its law, undo and redo, two kept scenes, and tries.
 
 use super::journal;
+use super::scene_edits::{SLOTS, Tuning};
 use super::trial::TRIAL;
-use super::tuning::{SLOTS, Tuning};
 use crate::drop_down::{self, Item};
 use crate::intent::Intent;
-use crate::wording::shortened;
+use crate::words::shortened;
 use egui::{Align, Button, Key, KeyboardShortcut, Layout, Modifiers, RichText, Ui};
 use haptic_core::Scene;
 use haptic_core::friction::{Friction, LAWS};

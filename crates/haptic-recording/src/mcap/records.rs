@@ -5,7 +5,7 @@ use crate::error::{Place, RecordingError};
 use std::io::{self, Read};
 
 /// Longest record that is taken into memory, bytes: chunks of other tools have some megabytes.
-const LONGEST: u64 = 1 << 26;
+const MAX_RECORD: u64 = 1 << 26;
 
 /// Opcodes from here on are for private records.
 const PRIVATE: u8 = 0x80;
@@ -90,7 +90,7 @@ impl<R: Read> Records<R> {
         let mut body = self.input.by_ref().take(length);
         let read = if !wanted(opcode) {
             io::copy(&mut body, &mut io::sink())
-        } else if length <= LONGEST {
+        } else if length <= MAX_RECORD {
             body.read_to_end(&mut self.body).map(|read| read as u64)
         } else {
             return Err(damaged(place, format!("a record of {length} bytes")));

@@ -25,7 +25,7 @@ mod error;
 mod keeper;
 mod notes;
 mod parquet;
-mod reading;
+mod reader;
 mod sidecar;
 mod study_description;
 mod subject_files;
@@ -38,7 +38,7 @@ use disk::{at, replace, sync_folder, write_new};
 pub use error::StoreError;
 pub use keeper::{Keeper, RigDescription};
 pub use notes::note;
-pub use reading::{Trials, read, read_file, read_folder, subjects, trials, trials_of, unfinished};
+pub use reader::{Trials, read, read_file, read_folder, subjects, trials, trials_of, unfinished};
 use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -84,7 +84,7 @@ impl Study {
             source,
         })?;
         check_codes(&about.subjects)?;
-        reading::check_orders(&plan, about)?;
+        reader::check_orders(&plan, about)?;
         let parent = match folder.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
@@ -172,7 +172,7 @@ impl Study {
     /// # Errors
     /// Its files cannot be read, or are not those of the plan.
     pub fn progress(&self, subject: &Subject) -> Result<(usize, Option<usize>), StoreError> {
-        let task = reading::task(&self.folder, &self.plan, &self.about, subject)?;
+        let task = reader::task(&self.folder, &self.plan, &self.about, subject)?;
         Ok(task.progress())
     }
 

@@ -283,10 +283,10 @@ impl Options {
     }
 
     fn limits(&self) -> Result<Limits, ConfigError> {
-        let usual = Limits::default();
-        let slew_n_per_s = usual.slew_n_per_s;
+        let defaults = Limits::default();
+        let slew_n_per_s = defaults.slew_n_per_s;
         Ok(Limits {
-            force_n: within("force-limit-n", self.force_limit_n, usual.force_n, 0.1, 1000.0, "N")?,
+            force_n: within("force-limit-n", self.force_limit_n, defaults.force_n, 0.1, 1000.0, "N")?,
             slew_n_per_s: within(
                 "slew-limit-n-per-s",
                 self.slew_limit_n_per_s,
@@ -298,7 +298,7 @@ impl Options {
             speed_mps: within(
                 "speed-limit-mps",
                 self.speed_limit_mps,
-                usual.speed_mps,
+                defaults.speed_mps,
                 0.01,
                 100.0,
                 "m/s",
@@ -306,7 +306,7 @@ impl Options {
             acceleration_mps2: within(
                 "acceleration-limit-mps2",
                 self.acceleration_limit_mps2,
-                usual.acceleration_mps2,
+                defaults.acceleration_mps2,
                 10.0,
                 1e6,
                 "m/s^2",

@@ -76,7 +76,7 @@ pub(crate) struct Options {
 
     /// Path of the control socket [default: $HAPTICD_SOCKET, else hapticd/control.sock in the
     /// user's runtime directory, else /run/hapticd/control.sock]
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", hide_short_help = true)]
     pub(super) socket: Option<PathBuf>,
 
     /// Group, by name or number, that the control socket also serves [default: none]
@@ -130,10 +130,10 @@ pub(crate) struct Options {
 
     /// Policy for missed periods: `warn`, or `fault:N` to take the force away at the Nth within a second of force, N
     /// from 1 to 1000 [default: warn]
-    #[arg(long, value_name = "POLICY")]
+    #[arg(long, value_name = "POLICY", hide_short_help = true)]
     pub(super) late_policy: Option<Named<LatePolicy>>,
 
-    /// Scene to start with, a TOML file [default: a light block, 0.1 kg on 4 N of stiction]
+    /// Scene to start with, a TOML file [default: 0.1 kg, 4 N of stiction]
     #[arg(long, value_name = "FILE")]
     pub(super) scene: Option<PathBuf>,
 
@@ -149,7 +149,7 @@ pub(crate) struct Options {
 
     /// Engage a rig that was never commissioned, or has changed since: the direction of its motor is unknown [default:
     /// false]
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", hide_short_help = true)]
     pub(super) uncommissioned: Option<bool>,
 
     /// Engage a device that does not switch its motor off by itself within 200 ms when hapticd dies
@@ -465,6 +465,13 @@ options_of_the_file!(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn short_help_fits_on_a_screen() {
+        let help = Options::command().term_width(80).render_help().to_string();
+        assert!(help.lines().count() <= 40, "{help}");
+    }
 
     #[test]
     fn a_number_with_a_unit_is_told_to_be_bare() {

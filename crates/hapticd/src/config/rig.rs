@@ -49,21 +49,21 @@ impl Options {
     }
 
     pub(super) fn fake_rig(&self) -> Result<FakeRig, ConfigError> {
-        let usual = RigProperties::default();
+        let defaults = RigProperties::default();
         let friction = self.friction()?;
         let properties = RigProperties {
-            mass_kg: within("rig-mass-kg", self.rig_mass_kg, usual.mass_kg, 1e-3, 1000.0, "kg")?,
-            friction_n: friction.friction_n.unwrap_or(usual.friction_n),
+            mass_kg: within("rig-mass-kg", self.rig_mass_kg, defaults.mass_kg, 1e-3, 1000.0, "kg")?,
+            friction_n: friction.friction_n.unwrap_or(defaults.friction_n),
             damping_ns_per_m: friction.damping_ns_per_m.unwrap_or(SLIDE_DAMPING_NS_PER_M),
             resolution_m: within(
                 "encoder-resolution-m",
                 self.encoder_resolution_m,
-                usual.resolution_m,
+                defaults.resolution_m,
                 0.0,
                 0.01,
                 "m",
             )?,
-            ..usual
+            ..defaults
         };
         let (stiffness_n_per_m, damping_ns_per_m) = self.arm()?;
         let hand = match self.hand_or(HandName::Sine) {
@@ -85,8 +85,8 @@ impl Options {
         Ok(FakeRig::new(properties, hand))
     }
 
-    fn hand_or(&self, usual: HandName) -> HandName {
-        self.hand.as_ref().map_or(usual, |name| name.0)
+    fn hand_or(&self, defaults: HandName) -> HandName {
+        self.hand.as_ref().map_or(defaults, |name| name.0)
     }
 
     /// Stiffness, N/m, and damping, N s/m, of the arm.
@@ -122,20 +122,20 @@ impl Options {
                 ));
             }
         };
-        let usual = PlanarProperties::of(&kinematics);
+        let defaults = PlanarProperties::of(&kinematics);
         let friction = self.friction()?;
         let (arm_stiffness_n_per_m, arm_damping_ns_per_m) = self.arm()?;
         let count = within(
             "encoder-resolution-m",
             self.encoder_resolution_m,
-            usual.count,
+            defaults.count,
             1e-9,
             0.01,
             if kinematics.are_rotary() { "rad" } else { "m" },
         )?;
         let properties = PlanarProperties {
-            mass_kg: within("rig-mass-kg", self.rig_mass_kg, usual.mass_kg, 1e-3, 1000.0, "kg")?,
-            friction_n: friction.friction_n.unwrap_or(usual.friction_n),
+            mass_kg: within("rig-mass-kg", self.rig_mass_kg, defaults.mass_kg, 1e-3, 1000.0, "kg")?,
+            friction_n: friction.friction_n.unwrap_or(defaults.friction_n),
             damping_ns_per_m: friction.damping_ns_per_m.unwrap_or(SLIDE_DAMPING_NS_PER_M),
             count,
             arm_stiffness_n_per_m,

@@ -28,7 +28,7 @@ const MAX_WORKERS: usize = 2;
 
 /// Longest time that trials may take: some milliseconds each, or some seconds on a machine that has no time for them.
 /// Clients wait for 5 s.
-const LONGEST: Duration = Duration::from_secs(3);
+const TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Longest time until trials are over and what would pass is found, which takes a tenth of a second more. Without it
 /// there is a refusal all the same.
@@ -142,7 +142,7 @@ async fn first_chatter(verdicts: &Verdicts, scenes: &[Rc<Scene>], rig: TrialRig)
             .find_map(|(place, scene)| Some((place, restless(scene)?)))
     };
     let begun = Instant::now();
-    let found = verdicts.workers.run(LONGEST, search).await?;
+    let found = verdicts.workers.run(TIMEOUT, search).await?;
     let calm = found.map_or(untried.len(), |(place, _)| place);
     for (_, scene) in untried.drain(..calm) {
         verdicts.keep(scene, rig, None);

@@ -6,8 +6,8 @@
 use crate::config::{ConfigError, ReloadedLimits};
 use crate::control::journal::Completion;
 use crate::control::{RigHandle, library};
-use crate::ending::SignalWakeup;
 use crate::service::ServiceManager;
+use crate::shutdown::SignalWakeup;
 use haptic_ipc::{ErrorCode, JournalEntry, LimitsChange, Peer, ReloadReply, WireError};
 use std::cell::{Ref, RefCell};
 use std::rc::Rc;

@@ -45,9 +45,9 @@ impl ThreadSettings {
     pub(crate) fn spin_ns(&self, has_core_and_priority: bool) -> u64 {
         // A loop without a priority or a core of its own would spin away what others need, and
         // gain nothing.
-        let usual = if has_core_and_priority { DEFAULT_SPIN_NS } else { 0 };
+        let default = if has_core_and_priority { DEFAULT_SPIN_NS } else { 0 };
         // At least half of every period is left to the rest of the system.
-        self.spin_ns.unwrap_or(usual).min(self.period_ns / 2)
+        self.spin_ns.unwrap_or(default).min(self.period_ns / 2)
     }
 }
 

@@ -21,7 +21,7 @@ const MAX_PAUSE: f64 = 2.0;
 
 /// Short time within which it does not matter when the handle was where, ns, and longest time that is looked back to.
 const BLOCK_NS: u64 = 10_000_000;
-const LONGEST_NS: u64 = 650_000_000;
+const MAX_SPAN_NS: u64 = 650_000_000;
 
 /// Time that a handle gets to come to rest before the first pulse, ns.
 const PATIENCE_NS: u64 = 2_000_000_000;
@@ -90,7 +90,7 @@ impl Rest {
         while self
             .blocks
             .get(1)
-            .is_some_and(|(since_ns, _)| now_ns - since_ns > LONGEST_NS)
+            .is_some_and(|(since_ns, _)| now_ns - since_ns > MAX_SPAN_NS)
         {
             self.blocks.pop_front();
         }

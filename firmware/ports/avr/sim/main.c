@@ -30,7 +30,7 @@
 #define STEPS_TO_A_SLICE 6
 /* Largest lag that is made up for: to the host it is a line that was held up for so long, and then has all at once. Time
  * that is given up looks like a clock that runs too slowly, which hapticd refuses. */
-#define LARGEST_LAG_NS 500000000LL
+#define MAX_LAG_NS 500000000LL
 
 static struct plant plant = {
     .mass_kg = 1.4,
@@ -203,7 +203,7 @@ static void pace(void)
     if (due_ns == 0)
         due_ns = now;
     due_ns += STEPS_TO_A_SLICE * STEP_CYCLES * 1000000000LL / BOARD_HZ;
-    if (now - due_ns > LARGEST_LAG_NS) {
+    if (now - due_ns > MAX_LAG_NS) {
         due_ns = now;
         lags++;
     }

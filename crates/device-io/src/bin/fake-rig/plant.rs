@@ -119,24 +119,24 @@ impl PlantOptions {
     }
 
     fn planar(&self, kinematics: &Kinematics) -> PlanarProperties {
-        let usual = PlanarProperties::of(kinematics);
+        let defaults = PlanarProperties::of(kinematics);
         let by_turn = self.counts_per_turn.map(|counts| TAU / f64::from(counts.max(1)));
         PlanarProperties {
-            mass_kg: self.mass_kg.unwrap_or(usual.mass_kg),
-            friction_n: self.friction_n.unwrap_or(usual.friction_n),
+            mass_kg: self.mass_kg.unwrap_or(defaults.mass_kg),
+            friction_n: self.friction_n.unwrap_or(defaults.friction_n),
             damping_ns_per_m: self.damping_ns_per_m,
             count: by_turn
                 .or(self.resolution_mm.map(|resolution_mm| resolution_mm * 1e-3))
-                .unwrap_or(usual.count),
-            ..usual
+                .unwrap_or(defaults.count),
+            ..defaults
         }
     }
 
     fn properties(&self) -> RigProperties {
-        let usual = RigProperties::default();
+        let defaults = RigProperties::default();
         RigProperties {
-            mass_kg: self.mass_kg.unwrap_or(usual.mass_kg),
-            friction_n: self.friction_n.unwrap_or(usual.friction_n),
+            mass_kg: self.mass_kg.unwrap_or(defaults.mass_kg),
+            friction_n: self.friction_n.unwrap_or(defaults.friction_n),
             negative_friction_n: self.negative_friction_n,
             breakaway_ratio: self.breakaway_ratio,
             presliding_n_per_m: self.presliding_n_per_m,
@@ -145,7 +145,7 @@ impl PlantOptions {
             damping_ns_per_m: self.damping_ns_per_m,
             resolution_m: self
                 .resolution_mm
-                .map_or(usual.resolution_m, |resolution_mm| resolution_mm * 1e-3),
+                .map_or(defaults.resolution_m, |resolution_mm| resolution_mm * 1e-3),
             end_stop_m: self.stops_mm.map_or(f64::INFINITY, |stop_mm| stop_mm * 1e-3),
         }
     }

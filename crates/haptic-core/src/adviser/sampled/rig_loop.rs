@@ -22,7 +22,7 @@ use super::{MAX_PERIODS, Sampled};
 use crate::math::exp;
 
 /// Coefficients of the longest polynomial.
-const LONGEST: usize = MAX_PERIODS + 4;
+const MAX_COEFFICIENTS: usize = MAX_PERIODS + 4;
 
 /// Halvings of an interval that holds a bound.
 const HALVINGS: u32 = 60;
@@ -84,7 +84,7 @@ impl RigLoop {
 
     /// Whether a motion against a spring (N/m, > 0) and a damper (N s/m) dies away.
     fn is_stable(&self, stiffness: f64, damping: f64) -> bool {
-        let mut polynomial = [0.0; LONGEST];
+        let mut polynomial = [0.0; MAX_COEFFICIENTS];
         let degree = self.whole + 3;
         polynomial[degree] = 1.0;
         polynomial[degree - 1] = -(1.0 + self.left);
@@ -100,7 +100,7 @@ impl RigLoop {
     /// Whether a velocity dies away against a damper alone, N s/m: the same without the root of the
     /// place.
     fn stops(&self, damping: f64) -> bool {
-        let mut polynomial = [0.0; LONGEST];
+        let mut polynomial = [0.0; MAX_COEFFICIENTS];
         let degree = self.whole + 2;
         polynomial[degree] = 1.0;
         polynomial[degree - 1] = -self.left;

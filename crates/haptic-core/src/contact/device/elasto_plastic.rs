@@ -48,7 +48,7 @@ const TOLERANCE: (f64, f64) = (1e-13, 2e-16);
 /// Most pieces of a leg.
 const MAX_PIECES: u32 = 64;
 /// A piece's greatest extent in `y`: up to there the order of the series is beyond its largest term.
-const LONGEST: f64 = 12.0;
+const MAX_EXTENT: f64 = 12.0;
 /// What lies farther back than this exponent is forgotten.
 const FORGOTTEN: f64 = 80.0;
 /// Crossings of a border are found to this in `u`; the laws on both sides of it differ by the
@@ -287,7 +287,7 @@ impl<M: MasterLaw> DeviceElastoPlastic<M> {
                 order += 1.0;
             }
             (0.9 * powf(Self::tolerance(curve) / size, 1.0 / 16.0) / growth)
-                .min(LONGEST / (part.to - part.from).abs())
+                .min(MAX_EXTENT / (part.to - part.from).abs())
                 .min(1.0)
         };
         let end = curve.at(part.from + (part.to - part.from) * share);

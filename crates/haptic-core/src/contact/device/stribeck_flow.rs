@@ -144,7 +144,7 @@ const WIDEST: f64 = 4.0;
 /// Extent of a panel over the way in `y` from the poles to its slower end.
 const WIDENING: f64 = 1.5;
 /// A panel's greatest extent in `q`.
-const LONGEST: f64 = 8.0;
+const MAX_EXTENT: f64 = 8.0;
 /// A panel no wider than this either way takes six nodes, and three.
 const NARROW: f64 = 1.0;
 const NARROWEST: f64 = 0.1;
@@ -183,9 +183,9 @@ pub(super) fn follow(force: f64, curve: &Curve, stiffness: f64, part: &Part) -> 
     for _ in 0..MAX_PANELS {
         let beyond = (y - knee).max(0.0);
         let widest = WIDEST.max(WIDENING * if back > 0.0 { beyond } else { beyond / (1.0 + WIDENING) });
-        let mut width = left.min(widest).min(LONGEST * level / force_per_y);
+        let mut width = left.min(widest).min(MAX_EXTENT * level / force_per_y);
         // Back along a slowing leg the curve falls, and the exponent grows faster.
-        while back > 0.0 && width * force_per_y > LONGEST * curve.at(y + width) {
+        while back > 0.0 && width * force_per_y > MAX_EXTENT * curve.at(y + width) {
             width *= 0.5;
         }
         let panel = Panel {

@@ -17,7 +17,7 @@ mod from_recording;
 
 use super::options::Record;
 use crate::gaps::in_gaps;
-use crate::interpolation::{between, places};
+use crate::motion::{between, places};
 use haptic_motion::table::{self, Columns, Quantity, Table, TableError, TableOptions};
 use haptic_motion::{Opened, Place};
 use haptic_recording::Recording;

@@ -2,6 +2,6 @@
 //! functions of a tape and a time.
 
 pub(crate) mod difference;
-pub(crate) mod measuring;
+pub(crate) mod results;
 pub(crate) mod spectrum;
 pub(crate) mod statistics;

@@ -118,8 +118,8 @@ impl Scope {
     }
 
     /// The usual time that is seen, s.
-    pub(crate) fn usual_s(&self) -> f64 {
-        self.window.usual_s()
+    pub(crate) fn default_s(&self) -> f64 {
+        self.window.default_s()
     }
 
     /// The time that is seen.

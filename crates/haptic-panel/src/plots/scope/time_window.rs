@@ -64,7 +64,7 @@ impl TimeWindow {
     }
 
     /// The usual length, or all of something shorter, s.
-    pub(crate) fn usual_s(&self) -> f64 {
+    pub(crate) fn default_s(&self) -> f64 {
         DEFAULT_S.min(self.longest_s)
     }
 

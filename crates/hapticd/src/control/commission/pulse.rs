@@ -27,7 +27,7 @@ const EDGE: f64 = 0.25;
 const WRONG_WAY: (f64, f64) = (5.0, 1e-4);
 
 /// Time that a pulse may take, until the handle rests again; and, before, that the handle may take to rest.
-const LONGEST: Duration = Duration::from_secs(7);
+const MAX_PULSE: Duration = Duration::from_secs(7);
 
 /// Longest delay with which the mass is told, s: within it the force of a pulse hardly changes.
 const MAX_DELAY_S: f64 = 5e-3;
@@ -62,7 +62,7 @@ pub(super) async fn begin(rig: &Rc<RigHandle>, by: Requester<'_>, shape: PulseSh
     let asked = ClientMotion {
         motion: OwnMotion::pulse(shape, rig.facts.period_s())?,
         purpose: Purpose::Commissioning,
-        longest: LONGEST,
+        longest: MAX_PULSE,
         is_ready: move |feed: &Feed| {
             feed.motion
                 .as_ref()

@@ -3,7 +3,7 @@
 use super::{Found, Headings};
 use crate::intent::Intent;
 use crate::notice::Notice;
-use crate::tune::tuning::{save_refused, saved};
+use crate::tune::scene_edits::{save_refused, saved};
 use crate::update::Answer;
 use haptic_core::Scene;
 use haptic_ipc::{Advice, WireError};
