@@ -28,7 +28,6 @@ pub mod parquet;
 mod reader;
 mod recorder;
 mod rows;
-mod sync;
 mod thread;
 mod writer;
 

@@ -5,7 +5,6 @@ use crate::format::Format;
 use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
 use crate::rows::Rows;
-use crate::sync::Syncer;
 use crate::{csv, mcap, parquet};
 use haptic_ipc::{Sample, SampleY};
 use std::fs::File;
@@ -19,6 +18,9 @@ const FLUSH_EVERY: Duration = Duration::from_secs(1);
 
 /// Most rows that stay in memory: a quarter of a second at 1 kHz.
 const FLUSH_ROWS: u64 = 250;
+
+/// What a loss of power takes at most. The thread that writes waits for the disk: its queue holds far more.
+const SYNC_EVERY: Duration = Duration::from_secs(5);
 
 /// How much a recording holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,7 +44,7 @@ pub struct Writer {
     sink: Sink,
     /// The file that is written now.
     file: File,
-    syncer: Syncer,
+    synced: Instant,
     axes: u8,
     totals: Totals,
     first_s: Option<f64>,
@@ -103,7 +105,7 @@ impl Writer {
     fn with(sink: Sink, file: File, metadata: &Metadata) -> io::Result<Self> {
         Ok(Self {
             sink,
-            syncer: Syncer::new(&file)?,
+            synced: Instant::now(),
             file,
             axes: metadata.axes,
             totals: Totals::default(),
@@ -249,7 +251,11 @@ impl Writer {
         if self.unflushed >= FLUSH_ROWS || self.flushed.elapsed() >= FLUSH_EVERY {
             self.flush()?;
         }
-        self.syncer.tick()
+        if self.synced.elapsed() >= SYNC_EVERY {
+            self.synced = Instant::now();
+            sync(&self.file)?;
+        }
+        Ok(())
     }
 }
 
