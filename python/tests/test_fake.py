@@ -23,8 +23,11 @@ def test_options_are_those_of_the_daemon() -> None:
 
 def test_the_binary_is_the_one_that_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     named = hapticd.binary()
+    monkeypatch.setenv("HAPTICD_BINARY", str(named))
+    assert hapticd.binary() == named
     monkeypatch.setenv("HAPTICD_BINARY", "/nowhere/hapticd")
-    assert hapticd.binary() == Path("/nowhere/hapticd")
+    with pytest.raises(FileNotFoundError, match="HAPTICD_BINARY = /nowhere/hapticd"):
+        hapticd.fake()
     monkeypatch.delenv("HAPTICD_BINARY")
     (tmp_path / "hapticd").symlink_to(named)
     monkeypatch.setenv("PATH", str(tmp_path))

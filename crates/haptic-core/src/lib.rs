@@ -47,6 +47,7 @@
 //!   against what a hand can do, before anything is made of them.
 //! * [`own_motion`] moves the handle by the rig's own motor: by a pulse while a rig is commissioned, and along an
 //!   [`excitation`] while it is identified.
+//! * [`adviser`] tells whether a scene is stable and passive on a rig, and what would be.
 //! * [`snapshot`] is the state of a servo, from which another one goes on.
 //! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before
 //!   the motor, and [`passivity`] watches the energy that sampling makes.

@@ -201,7 +201,7 @@ impl Renderer {
     }
 
     /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity`
-    /// (m/s).
+    /// (m/s). What is not a finite number gives a force that is none: a [`Servo`](crate::servo::Servo) lets none in.
     pub fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered {
         self.surface.tick(elapsed_s, position, velocity)
     }

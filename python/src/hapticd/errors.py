@@ -77,7 +77,7 @@ class Refused(HapticdError):
 
 
 class InvalidValue(Refused, ValueError):
-    """A value is refused: it lies outside its limits, cannot be read, or the scene's law forbids it.
+    """A value is refused: it lies outside its limits, cannot be read, the scene's law forbids it, or the rig would chatter.
 
     This package refuses what it can tell itself before it asks the daemon, with the same codes.
     """
@@ -128,6 +128,7 @@ _BY_CODE: dict[str, type[Refused]] = {
             "law_forbids",
             "block_and_coupling",
             "too_fast_for_rate",
+            "would_chatter",
         ),
         UnknownName: ("unknown_op", "unknown_field", "unknown_parameter", "no_such_scene", "no_such_schedule"),
         Stopped: ("stopped",),
@@ -146,7 +147,6 @@ _BY_CODE: dict[str, type[Refused]] = {
             "maybe_another_rig",
             "device_clock",
             "not_identified",
-            "would_chatter",
             "commissioning",
         ),
     }.items()

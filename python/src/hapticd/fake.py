@@ -28,6 +28,8 @@ def binary() -> Path:
         FileNotFoundError: There is none.
     """
     if named := os.environ.get("HAPTICD_BINARY"):
+        if not os.access(named, os.X_OK):
+            raise FileNotFoundError(f"HAPTICD_BINARY = {named} is no program that can be run")
         return Path(named)
     if found := shutil.which("hapticd"):
         return Path(found)

@@ -42,8 +42,8 @@ class Operations(ABC):
 
         Raises:
             Stopped: A person has stopped the rig.
-            NotReady: The rig was never commissioned, may be another than the one that was, or lacks something; or the
-                scene would chatter on it.
+            NotReady: The rig was never commissioned, may be another than the one that was, or lacks something.
+            InvalidValue: The scene would chatter on it (`code` is `would_chatter`).
         """
         if same_rig:
             self.request("commission.confirm")
@@ -126,10 +126,10 @@ class Operations(ABC):
             more: Parameters by name or symbol; numbers are in SI units. `describe` lists them.
 
         Raises:
-            InvalidValue: A value lies outside its limits, which the error has, or has the unit of something else.
+            InvalidValue: A value lies outside its limits, which the error has, or has the unit of something else; or the
+                scene would chatter on this rig, under whose force it is (`code` is `would_chatter`).
             UnknownName: No parameter has this name.
             Conflict: Another client has changed the scene since `if_revision`.
-            NotReady: The scene would chatter on this rig, under whose force it is.
         """
         how = options(ramp, at_tick, if_revision, dry_run, anyway)
         return self._change("set", params=numbers({**(params or {}), **more}, self._units()), **how)
@@ -175,7 +175,7 @@ class Operations(ABC):
 
     def schedule(
         self,
-        changes: Sequence[Mapping[str, Any]],
+        changes: Sequence[Mapping[str, Any]] | Mapping[str, Any],
         *,
         name: str | None = None,
         keep: bool = False,
@@ -188,7 +188,7 @@ class Operations(ABC):
             rig.schedule([{"at_tick": t + 500 * k, "params": {"Fs": 4 + 0.1 * k}} for k in range(50)])
 
         Args:
-            changes: Objects with `at_tick`, either `params` or `scene`, and `ramp` where the change is to take time.
+            changes: One object or several, with `at_tick`, either `params` or `scene`, and `ramp` where the change is to take time.
             name: The schedule's name, for `cancel`; the daemon's choice without it.
             keep: Keep it when this connection ends.
             if_revision: Refuse unless this is the newest revision.
@@ -202,7 +202,8 @@ class Operations(ABC):
             name=name, keep=keep or None, if_revision=if_revision, dry_run=dry_run or None, anyway=anyway or None
         )
         unit_of = self._units()
-        wire = [scheduled(change, unit_of) for change in changes]
+        several = [changes] if isinstance(changes, Mapping) else changes
+        wire = [scheduled(change, unit_of) for change in several]
         return decoded(ScheduleReply, self.request("schedule", changes=wire, **how))
 
     def cancel(self, name: str | None = None) -> int:

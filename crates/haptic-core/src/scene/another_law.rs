@@ -8,7 +8,8 @@ use crate::parameters::{Parameter, SceneError, TABLE};
 
 impl Scene {
     /// The scene with another friction law. Block, coupling and every parameter that both laws have
-    /// stay as they are; what the new law forbids beside them is changed as little as it allows.
+    /// stay as they are; what the new law forbids beside them is changed as little as it allows. A drag of 0
+    /// stays behind: the viscous law begins with its default.
     /// `None` where there is no such law.
     ///
     /// # Errors

@@ -182,7 +182,7 @@ faults! {
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Jump => "the position jumped: it changed faster than the acceleration limit allows",
+            Self::Jump => "the position jumped: as no hand moves it, or beyond the acceleration limit",
             Self::Stale => "the device sent no new sample for too long",
             Self::MotorOff { watchdog: false } => "the device has switched its motor off",
             Self::MotorOff { watchdog: true } => {
