@@ -174,7 +174,8 @@ fn board_without_serial_number_is_confirmed_at_each_connection() {
         let forces_n = ticks.come_so_far().into_iter().map(|row| row.command_force_n.abs());
         let largest_n = forces_n.fold(0.0, f64::max);
         assert!((0.5..=1.0).contains(&largest_n), "{largest_n} N");
-        assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);
+        assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
+        daemon.ctl_refused(&["engage", "--same-rig"], 1, "moved the handle the wrong way");
 
         // The first again: a push shows it, or a person says so; each time that it is plugged in.
         let rig = plugged_in(rig, &link, &OWN, &mut client);

@@ -228,6 +228,21 @@ impl RigFolder {
         }
     }
 
+    /// Removes the file of a rig, behind what is under way with files.
+    ///
+    /// # Errors
+    /// It cannot be removed, or not in time.
+    pub(super) async fn remove(&self, state_dir: &Path, key: &str) -> Result<(), String> {
+        let path = self.path_of(state_dir, key);
+        let gone = path.clone();
+        let removed = self.disk.run(WRITE_TIMEOUT, move || match std::fs::remove_file(&gone) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(error.to_string()),
+            _ => Ok(()),
+        });
+        let removed = removed.await.map_err(|error| error.to_string()).flatten();
+        removed.map_err(|why| format!("{}: {why}", path.display()))
+    }
+
     async fn run<T: Send + 'static>(
         &self,
         limit: Duration,

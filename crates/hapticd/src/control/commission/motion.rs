@@ -6,6 +6,7 @@ use crate::control::peer::Requester;
 use crate::control::rig::exclusive_use::begin_motion;
 use crate::control::rig::exclusive_use::motion::{ExclusiveMotion, lend};
 use crate::control::rig::exclusive_use::state::Work;
+use crate::log::{Level, say_at};
 use crate::telemetry::feed::Feed;
 use haptic_core::OwnMotion;
 use haptic_core::planar::Plane;
@@ -26,7 +27,7 @@ pub(in crate::control) struct ClientMotion<R, O> {
     /// Whether it has ended and the handle rests again.
     pub(in crate::control) is_over: fn(&Feed) -> bool,
     /// Takes the report into the work, also of a motion that was interrupted. Returns why the work ends with it, if it
-    /// does.
+    /// does: the handle moved the wrong way.
     pub(in crate::control) report: fn(&RigHandle, &mut Work, bool) -> Option<&'static str>,
 }
 
@@ -55,14 +56,24 @@ where
             by: &peer,
         };
         let given = lend(&rig, exclusive, asked.is_ready, asked.observe, asked.is_over).await;
-        let mut exclusive_use = rig.exclusive_use().borrow_mut();
-        let Some(current) = exclusive_use.as_mut() else { return };
-        current.moving = false;
-        if let Some(why) = (asked.report)(&rig, &mut current.work, given.is_err()) {
-            current.end(why);
+        let mut refuted = None;
+        if let Some(current) = rig.exclusive_use().borrow_mut().as_mut() {
+            current.moving = false;
+            if let Some(why) = (asked.report)(&rig, &mut current.work, given.is_err()) {
+                // Before anybody hears of it, and may engage.
+                rig.records().refute(&current.device);
+                refuted = Some(current.device.clone());
+                current.end(why);
+            }
+            if let Err(why) = given {
+                current.end(&why);
+            }
         }
-        if let Err(why) = given {
-            current.end(&why);
+        if let Some(device) = refuted
+            && let Err(why) = rig.records().withdraw(&rig.facts.state_dir, &device).await
+        {
+            let left = "the record of a rig whose motor moves it the wrong way is left: remove it by hand";
+            say_at(Level::Error, &format!("{left}: {why}"));
         }
     });
     Ok(())

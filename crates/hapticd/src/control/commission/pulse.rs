@@ -164,11 +164,11 @@ fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'s
         return Some(
             "by its own encoder the motor that was driven did not carry the hand the way of the force, and farther than the \
              other motor did: the plugs of the motors or of the encoders are swapped, or the kinematics are not those of \
-             this rig; nothing is stored",
+             this rig; nothing is stored, and an earlier commissioning no longer counts",
         );
     }
     is_wrong.then_some(
         "the handle moved against the force: the motor or the encoder is wired the other way, or its firmware \
-         has it so (or somebody held the handle); nothing is stored",
+         has it so (or somebody held the handle); nothing is stored, and an earlier commissioning no longer counts",
     )
 }

@@ -151,7 +151,7 @@ fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'s
     }
     (end == Some(ExcitationEnd::WrongWay)).then_some(
         "the handle moved against the force: the motor or the encoder is wired the other way, or its firmware \
-         has it so (or somebody moved the handle)",
+         has it so (or somebody moved the handle); its commissioning no longer counts",
     )
 }
 

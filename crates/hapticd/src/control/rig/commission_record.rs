@@ -9,6 +9,7 @@ use haptic_core::scene::Coupling;
 use haptic_ipc::{ErrorCode, Peer, WireError};
 use serde::{Deserialize, Serialize};
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -80,6 +81,9 @@ pub(in crate::control) struct Records {
     cached: RefCell<Option<(u64, Instant, CommissionState)>>,
     /// The connection of which it was said, or shown, that it is the commissioned rig.
     confirmed: Cell<Option<u64>>,
+    /// Rigs whose motor has moved the handle the wrong way since they were commissioned; of one without a serial number
+    /// the connection, as the next may be of another.
+    refuted: RefCell<BTreeMap<String, Option<u64>>>,
     folder: RigFolder,
     kinematics: Option<Kinematics>,
     /// Workers that survey a workspace.
@@ -95,6 +99,7 @@ impl Records {
         Self {
             cached: RefCell::default(),
             confirmed: Cell::default(),
+            refuted: RefCell::default(),
             folder: RigFolder::new("commissioned", heading),
             kinematics,
             surveys: Workers::new("survey", 1),
@@ -198,6 +203,10 @@ impl Records {
 
     /// The record that is valid for a device, or why there is none.
     async fn of_this_rig(&self, state_dir: &Path, device: &ConnectedDevice) -> Result<Record, String> {
+        let refuted = self.refuted.borrow().get(&device.rig.key).copied();
+        if refuted.is_some_and(|of| of.is_none_or(|connection| connection == device.connection)) {
+            return Err("since it was commissioned its motor has moved the handle the wrong way".to_owned());
+        }
         let found = self.folder.read::<Record>(state_dir, &device.rig.key).await;
         let record = found
             .map_err(|why| format!("its commissioning record cannot be read: {why}"))?
@@ -266,8 +275,29 @@ impl Records {
     ) -> Result<PathBuf, WireError> {
         let key = record.origin.rig.clone();
         let written = self.folder.write(state_dir, &key, record).await?;
+        self.refuted.borrow_mut().remove(&key);
         self.taken_for_the_rig(connection);
         Ok(written)
+    }
+
+    /// A motor has moved the handle the wrong way: whatever was found of its rig before holds no longer, from now on.
+    pub(in crate::control) fn refute(&self, device: &ConnectedDevice) {
+        let of = (!device.rig.has_serial_number).then_some(device.connection);
+        self.refuted.borrow_mut().insert(device.rig.key.clone(), of);
+        self.confirmed.set(None);
+        *self.cached.borrow_mut() = None;
+    }
+
+    /// Removes the record of a rig that is [refuted](Self::refute), so that it holds for no later daemon either. That of a
+    /// rig without a serial number may be of another one.
+    ///
+    /// # Errors
+    /// The file cannot be removed, or not in time.
+    pub(in crate::control) async fn withdraw(&self, state_dir: &Path, device: &ConnectedDevice) -> Result<(), String> {
+        if !device.rig.has_serial_number {
+            return Ok(());
+        }
+        self.folder.remove(state_dir, &device.rig.key).await
     }
 
     fn taken_for_the_rig(&self, connection: u64) {
