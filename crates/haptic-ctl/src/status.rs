@@ -116,6 +116,7 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
             .device
             .rig_friction
             .iter()
+            .filter(|_| status.state != RigState::Disconnected)
             .map(|friction| ("rig friction", rig_friction(friction))),
     );
     rows

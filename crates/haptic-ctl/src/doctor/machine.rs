@@ -107,7 +107,8 @@ pub(super) fn isolation(status: Option<&Status>) -> Check {
         "isolation",
         format!("other work may run on processor {cpu}, where the real-time thread is"),
         format!(
-            "boot with the kernel parameters `isolcpus={cpu} nohz_full={cpu}`; where GRUB is the boot loader, add \
+            "boot with the kernel parameters `isolcpus={cpu} nohz_full={cpu}` (of several rigs one list of their \
+             processors, which leaves one for the system); where GRUB is the boot loader, add \
              them to GRUB_CMDLINE_LINUX in \
              /etc/default/grub, then `sudo update-grub` (Fedora: `sudo grub2-mkconfig -o /boot/grub2/grub.cfg`) and \
              `sudo reboot`"

@@ -66,7 +66,7 @@ async fn checks(path: &Path) -> Vec<Check> {
                     checks.extend(rig::thread(&found));
                     status = Some(found);
                 }
-                Err(failure) => checks.push(Check::fail("daemon", failure.to_string(), socket::fix(&failure))),
+                Err(failure) => checks.push(Check::fail("daemon", failure.to_string(), socket::fix(path, &failure))),
             }
             match found_devices {
                 Ok(found) => checks.extend(rig::devices(&found, has_rig(status.as_ref()))),

@@ -16,11 +16,13 @@ pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
         RigState::Stopped => Check::warn("rig", what, "`haptic-ctl reset`"),
         RigState::Disconnected => {
             let why = device.link.as_ref().and_then(|link| link.waiting.clone());
-            Check::fail(
-                "rig",
-                format!("{what}: {}", why.unwrap_or_else(|| "no answer".to_owned())),
-                "plug it in, and see `haptic-ctl devices`",
-            )
+            let why = why.unwrap_or_else(|| "no answer".to_owned());
+            let remedy = if why.contains("is not there") {
+                "plug it in, and see `haptic-ctl devices`"
+            } else {
+                "mend what it says; `haptic-ctl devices` lists what is plugged in"
+            };
+            Check::fail("rig", format!("{what}: {why}"), remedy)
         }
         _ => Check::ok("rig", what),
     };
@@ -31,6 +33,7 @@ pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
         device
             .rig_friction
             .as_ref()
+            .filter(|_| status.state != RigState::Disconnected)
             .map(|known| rig_friction(known, device.axes)),
     );
     checks.extend(device.engage_refused.iter().map(refused));

@@ -42,8 +42,19 @@ pub(super) fn served(path: &Path, rights: Rights) -> Check {
 
 const CLOSE_A_CLIENT: &str = "close a client, such as a panel or a `haptic-ctl top`: `pgrep -a haptic` lists them";
 
+/// The unit of the daemon that has a socket; nothing where systemd has not made it.
+fn unit(socket: &Path) -> Option<String> {
+    let name =
+        socket_path::rig_at(socket).filter(|_| socket.starts_with("/run") && !socket.starts_with("/run/user"))?;
+    Some(if name == "hapticd" {
+        name.to_owned()
+    } else {
+        format!("hapticd@{name}")
+    })
+}
+
 /// The fix for a failure of the conversation itself.
-pub(super) fn fix(failure: &Failure) -> String {
+pub(super) fn fix(path: &Path, failure: &Failure) -> String {
     let refused = match failure {
         Failure::Client(ClientError::Refused(error)) => Some(error.code),
         _ => None,
@@ -51,14 +62,17 @@ pub(super) fn fix(failure: &Failure) -> String {
     match refused {
         Some(ErrorCode::TooManyClients) => CLOSE_A_CLIENT.to_owned(),
         Some(ErrorCode::NotPermitted) => "see the check of the permission".to_owned(),
-        _ => "restart it, which takes the force away: `sudo systemctl restart hapticd`".to_owned(),
+        _ => match unit(path) {
+            Some(unit) => format!("restart it, which takes the force away: `sudo systemctl restart {unit}`"),
+            None => "end its process, which takes the force away, and start it again".to_owned(),
+        },
     }
 }
 
 /// Why the socket does not answer.
 pub(super) fn unreachable(path: &Path, failure: &Failure) -> Check {
     let Failure::Client(error) = failure else {
-        return Check::fail("socket", failure.to_string(), fix(failure));
+        return Check::fail("socket", failure.to_string(), fix(path, failure));
     };
     match error {
         ClientError::Permission { .. } => Check::fail("socket", error.to_string(), "see the check of the permission"),
@@ -70,8 +84,10 @@ pub(super) fn unreachable(path: &Path, failure: &Failure) -> Check {
         ClientError::NoDaemon { source, .. } if path.exists() => Check::fail(
             "socket",
             format!("{} exists, but nobody listens: {source}", path.display()),
-            "the daemon has died; start it: `sudo systemctl start hapticd`, or `hapticd --demo` to try it without a \
-             rig",
+            match unit(path) {
+                Some(unit) => format!("the daemon has died; start it: `sudo systemctl start {unit}`"),
+                None => "the daemon has died; start it again, or `hapticd --demo` to try it without a rig".to_owned(),
+            },
         ),
         ClientError::NoDaemon { .. } => {
             let looked: Vec<String> = socket_path::Environment::of_process()
@@ -95,7 +111,7 @@ pub(super) fn unreachable(path: &Path, failure: &Failure) -> Check {
             error.to_string(),
             "install both from one release, then `sudo systemctl restart hapticd`",
         ),
-        _ => Check::fail("socket", error.to_string(), fix(failure)),
+        _ => Check::fail("socket", error.to_string(), fix(path, failure)),
     }
 }
 
@@ -116,7 +132,9 @@ mod tests {
             let fix = check.fix.expect("a fix");
             assert!(fix.contains(fixed) && !fix.contains("restart"), "{fix}");
         }
-        assert!(fix(&Failure::NoAnswer(std::time::Duration::from_secs(5))).contains("takes the force away"));
+        let silent = Failure::NoAnswer(std::time::Duration::from_secs(5));
+        assert!(!fix(Path::new("/tmp/hapticd@left/control.sock"), &silent).contains("systemctl"));
+        assert!(fix(Path::new("/run/hapticd@left/control.sock"), &silent).ends_with("restart hapticd@left`"));
     }
 
     #[test]

@@ -89,7 +89,7 @@ pub(crate) fn report(ui: &Ui, stop: &StopReport, rig: Option<&RigMirror>) -> Opt
                 palette.error_text,
             ));
         }
-        StopReport::Confirmed { after, .. } => Some(format!(" (confirmed, {} ms)", after.as_millis())),
+        StopReport::Confirmed { after, tick } => Some((format!(" (confirmed, {} ms)", after.as_millis()), *tick)),
         StopReport::Settled => None,
     };
     let rig = rig.filter(|rig| is_halted(rig.state))?;
@@ -100,7 +100,7 @@ pub(crate) fn report(ui: &Ui, stop: &StopReport, rig: Option<&RigMirror>) -> Opt
     };
     let earlier = if rig.is_begin_seen { "" } else { " or earlier" };
     let text = match (confirmed, rig.state) {
-        (Some(confirmed), _) => format!("{what}{confirmed} at tick {}", rig.tick),
+        (Some((confirmed, tick)), _) => format!("{what}{confirmed} at tick {tick}"),
         (None, RigState::Stopped) => format!("Stopped at tick {}", rig.tick) + earlier,
         (None, _) => format!("Zero force since tick {}", rig.tick) + earlier,
     };

@@ -103,7 +103,8 @@ impl RigHandle {
     ) -> Result<Outcome, WireError> {
         let admission = admission::admit(self, Purpose::Scene).await?;
         let _engaging = self.channel.begin_engaging();
-        if !anyway {
+        // Without a device the loop refuses by its state, and nothing is known of the rig.
+        if !anyway && admission.connection != 0 {
             self.refuse_chatter().await?;
         }
         if self.leases.lapses(by.session) != read_after.lapses {
