@@ -49,6 +49,14 @@ pub enum SubjectTableError {
     /// A column's name is empty, or there twice.
     #[error("the column `{0}` is there twice, or has no name")]
     Column(String),
+    /// A column's name is nearly one that means something.
+    #[error("the column `{name}` is not `{own}`: write `{own}`, or give the free field another name")]
+    Spelling {
+        /// As it is.
+        name: String,
+        /// As it would mean something.
+        own: &'static str,
+    },
 }
 
 impl SubjectTable {
@@ -76,6 +84,15 @@ impl SubjectTable {
         for (place, name) in heading.iter().enumerate() {
             if name.is_empty() || heading[..place].contains(name) {
                 return Err(SubjectTableError::Column(name.clone()));
+            }
+            let own = [SUBJECT, ORDER]
+                .into_iter()
+                .find(|own| name.trim().eq_ignore_ascii_case(own));
+            if let Some(own) = own.filter(|own| own != name) {
+                return Err(SubjectTableError::Spelling {
+                    name: name.clone(),
+                    own,
+                });
             }
         }
         let place = |name: &str| heading.iter().position(|column| column == name);
@@ -155,6 +172,16 @@ fn names(cell: &str) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_column_that_is_nearly_the_order_is_no_free_field() {
+        let read = |heading: &str| SubjectTable::read(format!("{heading}\nP1,A | C | B\n").as_bytes());
+        for (heading, own) in [("subject,Order", "order"), ("Subject,order", "subject")] {
+            let said = read(heading).expect_err(heading).to_string();
+            assert!(said.contains(&format!("is not `{own}`")), "{said}");
+        }
+        assert_eq!(read("subject,orders").expect("a free field").fields, ["orders"]);
+    }
 
     #[test]
     fn a_table_of_other_codes_than_the_trials_says_so() {

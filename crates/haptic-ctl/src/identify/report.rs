@@ -94,7 +94,7 @@ pub(super) fn show(found: &Identified, json: bool) -> Result<(), Failure> {
     if json {
         output::json(found)?;
     } else {
-        output::line(&text(heading(found), &rows(found), found))?;
+        output::line(&text(heading(found), &rows(found), found, MovedBy::Hand))?;
     }
     if found.missing().is_empty() {
         Ok(())
@@ -128,8 +128,15 @@ fn heading(found: &Identified) -> String {
     format!("{}, {}", found.model.word(), found.residual())
 }
 
+/// What moved the handle: what to do where a record does not tell enough.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MovedBy {
+    Hand,
+    OwnMotor,
+}
+
 /// The report for people: a heading, the values, and what the record does not determine.
-pub(super) fn text(heading: String, rows: &[Vec<String>], found: &Identified) -> String {
+pub(super) fn text(heading: String, rows: &[Vec<String>], found: &Identified, by: MovedBy) -> String {
     let mut text = heading;
     if let Some(why) = &found.chosen_because {
         text.push_str(&format!("\nchosen because {why}"));
@@ -140,8 +147,14 @@ pub(super) fn text(heading: String, rows: &[Vec<String>], found: &Identified) ->
     if !found.refused.is_empty() {
         text.push_str("\n\nThe record does not determine");
         for (parameters, reason, instead) in refusals(found) {
-            text.push_str(&format!("\n- {parameters}: {reason}.\n  Record instead: {instead}."));
+            text.push_str(&match by {
+                MovedBy::Hand => format!("\n- {parameters}: {reason}.\n  Record instead: {instead}."),
+                MovedBy::OwnMotor => format!("\n- {parameters}: {reason}."),
+            });
         }
+    }
+    if !found.refused.is_empty() && by == MovedBy::OwnMotor {
+        text.push_str("\nRun it again, with a longer --chirp-s or more --max-force-n.");
     }
     if !found.notes.is_empty() {
         text.push('\n');
@@ -220,7 +233,7 @@ mod tests {
                 .to_vec(),
             ..Identified::empty(ModelKind::Karnopp)
         };
-        let text = text(heading(&found), &rows(&found), &found);
+        let text = text(heading(&found), &rows(&found), &found, MovedBy::Hand);
         for part in [
             "karnopp, residual 0.000017 N rms",
             "mass                0.5006",

@@ -104,7 +104,7 @@ impl Findings {
             rows.push(row("cogging period", format!("{period_mm:.3}"), "mm", String::new()));
         }
         let heading = format!("{} itself, {}", self.rig, found.residual());
-        let mut text = report::text(heading, &rows, found);
+        let mut text = report::text(heading, &rows, found, report::MovedBy::OwnMotor);
         if let Some(path) = &self.path {
             text.push_str(&format!("\nkept in {path}"));
         }

@@ -168,11 +168,15 @@ impl<'a> Session<'a> {
                     continue;
                 }
             };
-            if report.end != ExcitationEnd::Unrecorded && self.ticks.lost() == lost {
+            let broken_off = report.end == ExcitationEnd::Interrupted;
+            if !broken_off && report.end != ExcitationEnd::Unrecorded && self.ticks.lost() == lost {
                 self.console.say(&summary(name, &report));
                 return Ok(report);
             }
-            self.console.say(&format!("   {name}: ticks are missing, once more"));
+            let why = if broken_off { "broken off" } else { "ticks are missing" };
+            self.console
+                .say(&format!("   {name}: {why} after {:.1} s, once more", report.duration_s));
+            self.ticks.discard_after(before);
             attempts += 1;
         }
         Err(Failure::BadRig(

@@ -247,10 +247,15 @@ impl Conductor {
         match self.session.interruption() {
             Some(Interruption::Paused) => return held("Paused: the trial that was broken off is done again"),
             Some(why) => {
-                let engage = sentence_case(engage(daemon));
+                let is_live = daemon.rig().is_some_and(|rig| rig.state.is_live());
+                let first = if is_live {
+                    "Go on".to_owned()
+                } else {
+                    format!("{} the rig again, then go on", sentence_case(engage(daemon)))
+                };
                 return Stage::Held {
                     // What to do is first: a narrow window cuts the end.
-                    why: format!("{engage} the rig again, then go on: the trial is done again. Interrupted: {why}"),
+                    why: format!("{first}: the trial is done again. Interrupted: {why}"),
                     is_trouble: true,
                 };
             }
