@@ -340,7 +340,7 @@ mod tests {
                 "--ignored",
                 "--exact",
                 "--nocapture",
-                "ending::tests::oversees_while_the_log_is_held",
+                "shutdown::tests::oversees_while_the_log_is_held",
             ])
             .output()
             .expect("it starts");

@@ -57,13 +57,14 @@ class Fake(Closing):
     """
 
     def __init__(self, arguments: Sequence[str]) -> None:
+        program = binary()
         self._temporary = tempfile.TemporaryDirectory(prefix="hapticd-")
         self.directory = Path(self._temporary.name)
         # A socket's path has at most 107 bytes, and its directory is the daemon's to create.
         self.path = self.directory / "run" / "control.sock"
         self.messages: list[str] = []
         command = [
-            *(str(binary()), "--device", "fake", "--socket", str(self.path)),
+            *(str(program), "--device", "fake", "--socket", str(self.path)),
             *("--scene-dir", str(self.directory / "scenes"), "--state-dir", str(self.directory / "state")),
             *_PATIENT,
             *arguments,

@@ -314,7 +314,7 @@ fn rows(study: &Path) -> Vec<FittsTrial> {
 
 fn is_held(stage: &Stage) -> bool {
     let begins = |why: &str| {
-        ["Reset, then engage", "Engage"]
+        ["Reset, then engage", "Engage", "Go on"]
             .iter()
             .any(|what| why.starts_with(what))
     };
