@@ -294,7 +294,10 @@ class Rig:
     async def buffer(
         self, length: Duration = 60.0, *, rate_hz: float | None = None, batch_ms: int | None = None
     ) -> Buffer:
-        """See `hapticd.Rig.buffer`. Its `wait_for` waits in the calling thread: `await asyncio.to_thread(buffer.wait_for, n)`."""
+        """See `hapticd.Rig.buffer`.
+
+        Its `wait_for` waits in the calling thread: `await asyncio.to_thread(buffer.wait_for, n)`.
+        """
         begin = partial(self.blocking.buffer, length, rate_hz=rate_hz, batch_ms=batch_ms)
         return await self._run(self._requests, begin)
 

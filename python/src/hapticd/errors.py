@@ -77,7 +77,7 @@ class Refused(HapticdError):
 
 
 class InvalidValue(Refused, ValueError):
-    """A value is refused: it lies outside its limits, cannot be read, the scene's law forbids it, or the rig would chatter.
+    """A value is refused: outside its limits, unreadable, forbidden by the scene's law, or the rig would chatter.
 
     This package refuses what it can tell itself before it asks the daemon, with the same codes.
     """

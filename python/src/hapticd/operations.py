@@ -126,8 +126,8 @@ class Operations(ABC):
             more: Parameters by name or symbol; numbers are in SI units. `describe` lists them.
 
         Raises:
-            InvalidValue: A value lies outside its limits, which the error has, or has the unit of something else; or the
-                scene would chatter on this rig, under whose force it is (`code` is `would_chatter`).
+            InvalidValue: A value lies outside its limits, which the error has, or has the unit of something else; or
+                the scene would chatter on this rig, under whose force it is (`code` is `would_chatter`).
             UnknownName: No parameter has this name.
             Conflict: Another client has changed the scene since `if_revision`.
         """
@@ -188,7 +188,8 @@ class Operations(ABC):
             rig.schedule([{"at_tick": t + 500 * k, "params": {"Fs": 4 + 0.1 * k}} for k in range(50)])
 
         Args:
-            changes: One object or several, with `at_tick`, either `params` or `scene`, and `ramp` where the change is to take time.
+            changes: One object or several, with `at_tick`, either `params` or `scene`, and `ramp` where the change is
+                to take time.
             name: The schedule's name, for `cancel`; the daemon's choice without it.
             keep: Keep it when this connection ends.
             if_revision: Refuse unless this is the newest revision.
