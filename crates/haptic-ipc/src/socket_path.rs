@@ -244,7 +244,8 @@ fn hides_a_file(error: ErrorKind) -> bool {
 }
 
 /// The systemd unit, without its suffix, whose socket this would be: `hapticd` or `hapticd@NAME`.
-fn unit(socket: &Path) -> Option<&str> {
+#[must_use]
+pub fn unit(socket: &Path) -> Option<&str> {
     let unit = socket.parent()?.strip_prefix(SERVICES).ok()?.to_str()?;
     let rig = unit.strip_prefix(SERVICE)?;
     (rig.is_empty() || rig.strip_prefix('@').is_some_and(is_rig_name)).then_some(unit)

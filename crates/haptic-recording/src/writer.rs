@@ -19,7 +19,8 @@ const FLUSH_EVERY: Duration = Duration::from_secs(1);
 /// Most rows that stay in memory: a quarter of a second at 1 kHz.
 const FLUSH_ROWS: u64 = 250;
 
-/// What a loss of power takes at most. The thread that writes waits for the disk: its queue holds far more.
+/// What a loss of power takes at most. The thread that writes waits for the disk, and rows wait in its queue: a minute's
+/// at 1 kHz, three seconds' at 20 kHz.
 const SYNC_EVERY: Duration = Duration::from_secs(5);
 
 /// How much a recording holds.

@@ -42,17 +42,6 @@ pub(super) fn served(path: &Path, rights: Rights) -> Check {
 
 const CLOSE_A_CLIENT: &str = "close a client, such as a panel or a `haptic-ctl top`: `pgrep -a haptic` lists them";
 
-/// The unit of the daemon that has a socket; nothing where systemd has not made it.
-fn unit(socket: &Path) -> Option<String> {
-    let name =
-        socket_path::rig_at(socket).filter(|_| socket.starts_with("/run") && !socket.starts_with("/run/user"))?;
-    Some(if name == "hapticd" {
-        name.to_owned()
-    } else {
-        format!("hapticd@{name}")
-    })
-}
-
 /// The fix for a failure of the conversation itself.
 pub(super) fn fix(path: &Path, failure: &Failure) -> String {
     let refused = match failure {
@@ -62,7 +51,7 @@ pub(super) fn fix(path: &Path, failure: &Failure) -> String {
     match refused {
         Some(ErrorCode::TooManyClients) => CLOSE_A_CLIENT.to_owned(),
         Some(ErrorCode::NotPermitted) => "see the check of the permission".to_owned(),
-        _ => match unit(path) {
+        _ => match socket_path::unit(path) {
             Some(unit) => format!("restart it, which takes the force away: `sudo systemctl restart {unit}`"),
             None => "end its process, which takes the force away, and start it again".to_owned(),
         },
@@ -84,7 +73,7 @@ pub(super) fn unreachable(path: &Path, failure: &Failure) -> Check {
         ClientError::NoDaemon { source, .. } if path.exists() => Check::fail(
             "socket",
             format!("{} exists, but nobody listens: {source}", path.display()),
-            match unit(path) {
+            match socket_path::unit(path) {
                 Some(unit) => format!("the daemon has died; start it: `sudo systemctl start {unit}`"),
                 None => "the daemon has died; start it again, or `hapticd --demo` to try it without a rig".to_owned(),
             },

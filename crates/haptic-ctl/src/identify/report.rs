@@ -152,9 +152,9 @@ pub(super) fn text(heading: String, rows: &[Vec<String>], found: &Identified, by
                 MovedBy::OwnMotor => format!("\n- {parameters}: {reason}."),
             });
         }
-    }
-    if !found.refused.is_empty() && by == MovedBy::OwnMotor {
-        text.push_str("\nRun it again, with a longer --chirp-s or more --max-force-n.");
+        if by == MovedBy::OwnMotor {
+            text.push_str("\nRun it again, with a longer --chirp-s or more --max-force-n.");
+        }
     }
     if !found.notes.is_empty() {
         text.push('\n');

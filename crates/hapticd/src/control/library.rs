@@ -273,12 +273,7 @@ pub(super) async fn look_through(rig: &RigHandle) -> LibraryNews {
             };
         }
     };
-    let problems = listed.scenes.into_iter().filter_map(|scene| {
-        let problem = scene.problem?;
-        // Some name their file themselves.
-        let path = scene.path.filter(|path| !problem.contains(path.as_str()));
-        Some(path.map_or(problem.clone(), |path| format!("{path}: {problem}")))
-    });
+    let problems = listed.scenes.into_iter().filter_map(|scene| scene.problem);
     let problems = problems.take(MAX_PROBLEMS).collect();
     let origin = rig.history().origin().cloned();
     let changed_scene = match origin {
@@ -437,7 +432,10 @@ fn read(whence: &str, text: &str) -> Result<SceneFile, WireError> {
         );
         WireError::new(ErrorCode::SceneFile, message).about("scene")
     })?;
-    sound(&scene)?;
+    sound(&scene).map_err(|error| WireError {
+        message: format!("{whence}: {}", error.message),
+        ..error
+    })?;
     Ok(scene)
 }
 

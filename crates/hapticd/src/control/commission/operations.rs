@@ -27,8 +27,8 @@ const MIN_FORCE_N: f64 = 0.001;
 /// Begins a commissioning.
 ///
 /// # Errors
-/// Another client is commissioning the rig, the rig is not idle, or the client has no lease that is
-/// short enough.
+/// Another client is commissioning the rig, the rig is not idle, the client has no lease that is short enough, or a
+/// rig that is to be checked was not commissioned.
 pub(in crate::control) async fn begin(
     rig: &RigHandle,
     by: Requester<'_>,

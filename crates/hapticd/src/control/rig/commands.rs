@@ -103,9 +103,8 @@ impl RigHandle {
     ) -> Result<Outcome, WireError> {
         let admission = admission::admit(self, Purpose::Scene).await?;
         let _engaging = self.channel.begin_engaging();
-        // Without a device the loop refuses by its state, and nothing is known of the rig.
-        if !anyway && admission.connection != 0 {
-            self.refuse_chatter().await?;
+        if !anyway {
+            self.refuse_chatter(&admission).await?;
         }
         if self.leases.lapses(by.session) != read_after.lapses {
             let message = "cannot engage: the lease of this client has expired since it asked";
@@ -128,13 +127,17 @@ impl RigHandle {
         let stops_known = self.channel.stops();
         let admission = admission::admit(self, Purpose::Scene).await?;
         let _engaging = self.channel.begin_engaging();
-        self.refuse_chatter().await?;
+        self.refuse_chatter(&admission).await?;
         self.carry_out(Command::Engage, admission, stops_known, Asked::Because(why))
             .await
     }
 
     /// Judges the newest scene and those that are scheduled, until they are still the same after that.
-    async fn refuse_chatter(&self) -> Result<(), WireError> {
+    async fn refuse_chatter(&self, admission: &Admission) -> Result<(), WireError> {
+        // Without a device the loop refuses by its state, and nothing is known of the rig.
+        if admission.connection == 0 {
+            return Ok(());
+        }
         let mut judged = Vec::new();
         loop {
             let to_come = self.scenes_to_come();

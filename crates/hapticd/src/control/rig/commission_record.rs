@@ -81,7 +81,7 @@ pub(in crate::control) struct Records {
     cached: RefCell<Option<(u64, Instant, CommissionState)>>,
     /// The connection of which it was said, or shown, that it is the commissioned rig.
     confirmed: Cell<Option<u64>>,
-    /// Rigs whose motor has moved the handle the wrong way since they were commissioned; of one without a serial number
+    /// Rigs whose motor has moved the handle the wrong way, until they are commissioned again; of one without a serial number
     /// the connection, as the next may be of another.
     refuted: RefCell<BTreeMap<String, Option<u64>>>,
     folder: RigFolder,
@@ -205,7 +205,9 @@ impl Records {
     async fn of_this_rig(&self, state_dir: &Path, device: &ConnectedDevice) -> Result<Record, String> {
         let refuted = self.refuted.borrow().get(&device.rig.key).copied();
         if refuted.is_some_and(|of| of.is_none_or(|connection| connection == device.connection)) {
-            return Err("since it was commissioned its motor has moved the handle the wrong way".to_owned());
+            return Err(
+                "its motor has moved the handle the wrong way: swap its wires or those of the encoder first".to_owned(),
+            );
         }
         let found = self.folder.read::<Record>(state_dir, &device.rig.key).await;
         let record = found
@@ -309,7 +311,7 @@ impl Records {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::rig_files::tests::origin;
+    use crate::control::rig_files::tests::{device, origin};
 
     #[test]
     fn an_older_record_reads() {
@@ -337,5 +339,45 @@ mod tests {
             toml::from_str(&toml::to_string(&record).expect("it can be written")),
             Ok(record)
         );
+    }
+
+    // hazard: H13
+    #[tokio::test]
+    async fn a_motor_that_moved_the_wrong_way_withdraws_its_record() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let (place, is_in) = (directory.path(), |state: &CommissionState| {
+            matches!(state, CommissionState::Commissioned { .. })
+        });
+        for has_serial_number in [true, false] {
+            let mut rig = device();
+            rig.rig.has_serial_number = has_serial_number;
+            let found = Record {
+                origin: origin(),
+                step_m: None,
+                findings: Findings::default(),
+                alone: None,
+                coupling: None,
+            };
+            let records = Records::new(None);
+            records.store(place, found.clone(), rig.connection).await.expect("kept");
+            assert!(is_in(&records.known(place, &rig, false).await));
+
+            records.refute(&rig);
+            assert!(!is_in(&records.known(place, &rig, true).await), "at once");
+            records.withdraw(place, &rig).await.expect("removed");
+            assert!(!is_in(&records.known(place, &rig, false).await));
+            let plugged_in_again = ConnectedDevice {
+                connection: rig.connection + 1,
+                ..rig.clone()
+            };
+            // Of a board without a number the next may be another one, which is in doubt anyway.
+            for (what, records) in [("this daemon", &records), ("the next", &Records::new(None))] {
+                let known = records.known(place, &plugged_in_again, false).await;
+                assert_eq!(is_in(&known), !has_serial_number, "{what}");
+            }
+
+            records.store(place, found, rig.connection).await.expect("kept");
+            assert!(is_in(&records.known(place, &rig, false).await), "commissioned again");
+        }
     }
 }
