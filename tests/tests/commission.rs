@@ -1,8 +1,10 @@
 //! A rig is commissioned by small pulses before it is engaged: the real programs, a fake rig with a
 //! firmware of somebody's own behind a pseudo-terminal.
 
+use haptic_core::scene::Coupling;
 use haptic_ipc::{
-    Client, CommissionReply, ErrorCode, LeaseReply, LossSource, Request, RigState, SceneRef, SceneReply, StateReply,
+    ChangeOptions, ChangeReply, Client, CommissionReply, ErrorCode, LeaseReply, LossSource, Request, RigState,
+    SceneRef, SceneReply, StateReply,
 };
 use serde_json::{Value, json};
 use std::path::Path;
@@ -107,7 +109,22 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
             .expect("it was commissioned");
         renders_the_scene(&daemon, &mut client);
 
-        // Another rig behind the same path.
+        // Another rig behind the same path. A scene that leaves its grip to the rig takes it anew.
+        let scene = SceneRef::Name("high-stiction".to_owned());
+        let load = Request::SceneLoad {
+            scene,
+            options: ChangeOptions::default(),
+        };
+        let _: StateReply = client.request(Request::Release {}).expect("it releases");
+        wait_for_state(&mut client, RigState::Idle);
+        let loaded: ChangeReply = client.request(load).expect("it is loaded");
+        let grip = |client: &mut Client| {
+            let reply: SceneReply = client.request(Request::Get { scene: None }).expect("a scene");
+            json!(reply.scene.coupling)
+        };
+        if coupling.is_object() {
+            assert_eq!(grip(&mut client), *coupling);
+        }
         for (other, code, why) in [
             (
                 ["--firmware-name", "mine 1.0", "--resolution-mm", "0.005"],
@@ -124,6 +141,10 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
             let error = refused(&mut client, Request::engage());
             assert_eq!(error.code, code, "{error}");
             assert!(error.message.contains(why), "{error} lacks {why}");
+            if code == ErrorCode::NotCommissioned && coupling.is_object() {
+                wait_for(&mut client, "another grip", |status| status.revision > loaded.revision);
+                assert_eq!(grip(&mut client), json!(Coupling::CALM));
+            }
         }
         drop(rig);
     });

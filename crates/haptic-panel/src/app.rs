@@ -222,6 +222,8 @@ impl App {
                     Ok(started) => {
                         self.connection.set_own_rig(Some((started.pid(), stops)));
                         self.fake_rig = Some(started);
+                        self.model.view.has_own_rig = true;
+                        self.model.view.file_notice = None;
                     }
                     Err(why) => self.model.view.file_notice = Some(Notice::new(Err(why))),
                 }
@@ -248,6 +250,7 @@ impl App {
         let Some(fake_rig) = &mut self.fake_rig else { return };
         if let Some(why) = fake_rig.end() {
             self.fake_rig = None;
+            self.model.view.has_own_rig = false;
             self.connection.set_own_rig(None);
             self.model.view.file_notice = Some(Notice::new(Err(why)));
         } else if !self.model.is_connected() {

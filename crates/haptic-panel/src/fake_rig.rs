@@ -51,7 +51,7 @@ impl FakeRig {
         let mut said = String::new();
         let read = self.log.rewind().and_then(|()| self.log.read_to_string(&mut said));
         let last = read.ok().and_then(|_| said.lines().next_back()).unwrap_or_default();
-        Some(format!("The fake rig has ended ({status}): {last}"))
+        Some(format!("The fake rig has ended ({status}). Its log ends with: {last}"))
     }
 }
 

@@ -39,6 +39,8 @@ pub(crate) struct View {
     /// Outcome of the last export, recording, or file to be opened.
     pub(crate) file_notice: Option<Notice>,
     pub(crate) closing: Closing,
+    /// A fake rig was started here, and ends with the window.
+    pub(crate) has_own_rig: bool,
     /// Whether the histograms are shown.
     pub(crate) histograms_shown: bool,
     /// Whether the help is shown.
@@ -168,6 +170,7 @@ impl Default for View {
             reading: None,
             file_notice: None,
             closing: Closing::default(),
+            has_own_rig: false,
             histograms_shown: false,
             help_shown: false,
             folder: std::env::var("HOME").unwrap_or_default(),

@@ -52,11 +52,6 @@ enum ConnectResult<'a> {
 
 /// Whether this user may use the socket, as its owner or by its group.
 pub(super) fn permission(path: &Path, failure: Option<&Failure>) -> Check {
-    // A directory that keeps others out hides the socket; it has the same owner and group.
-    let directory = || std::fs::metadata(path.parent()?).ok();
-    let Some(found) = std::fs::metadata(path).ok().or_else(directory) else {
-        return Check::skip(PERMISSION, "there is no socket");
-    };
     let tried = match failure {
         None => ConnectResult::Served,
         Some(Failure::Client(ClientError::Permission { .. })) => ConnectResult::KeptOut,
@@ -64,6 +59,14 @@ pub(super) fn permission(path: &Path, failure: Option<&Failure>) -> Check {
             ConnectResult::Refused(&error.message)
         }
         Some(_) => ConnectResult::Unknown,
+    };
+    // A directory that keeps others out hides the socket; it has the same owner and group.
+    let directory = || std::fs::metadata(path.parent()?).ok();
+    let Some(found) = std::fs::metadata(path).ok().or_else(directory) else {
+        return match path.ancestors().find(|place| place.exists()) {
+            Some(closed) if tried == ConnectResult::KeptOut => kept_out_by(closed),
+            _ => Check::skip(PERMISSION, "there is no socket"),
+        };
     };
     let socket = SocketFile {
         path,
@@ -75,6 +78,18 @@ pub(super) fn permission(path: &Path, failure: Option<&Failure>) -> Check {
 }
 
 const PERMISSION: &str = "permission";
+
+/// A directory further up is closed to this user: whose the socket is cannot be seen.
+fn kept_out_by(directory: &Path) -> Check {
+    let (me, directory) = (user_name(nix::unistd::geteuid().as_raw()), directory.display());
+    Check::fail(
+        PERMISSION,
+        format!("{me} may not pass the directory {directory}"),
+        format!(
+            "run haptic-ctl as the daemon's user, or ask the owner of {directory} to open it (`ls -ld {directory}`)"
+        ),
+    )
+}
 
 /// A socket, or the directory that hides it.
 #[derive(Clone, Copy)]

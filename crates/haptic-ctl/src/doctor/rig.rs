@@ -2,7 +2,7 @@
 
 use super::check::Check;
 use crate::status;
-use haptic_ipc::{DevicesReply, LinkCounts, LossSource, Problem, RigFrictionStatus, RigState, Status};
+use haptic_ipc::{DeviceStatus, DevicesReply, LinkCounts, LossSource, Problem, RigFrictionStatus, RigState, Status};
 use std::path::{Path, PathBuf};
 
 pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
@@ -34,7 +34,7 @@ pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
             .rig_friction
             .as_ref()
             .filter(|_| status.state != RigState::Disconnected)
-            .map(|known| rig_friction(known, device.axes)),
+            .map(|known| rig_friction(known, device)),
     );
     checks.extend(device.engage_refused.iter().map(refused));
     if !status.broken_bounds.is_empty() {
@@ -50,8 +50,8 @@ fn refused(problem: &Problem) -> Check {
 }
 
 /// What is known of the rig's own friction.
-fn rig_friction(known: &RigFrictionStatus, axes: u8) -> Check {
-    let remedy = if axes > 1 {
+fn rig_friction(known: &RigFrictionStatus, device: &DeviceStatus) -> Check {
+    let remedy = if device.axes > 1 {
         "`haptic-ctl commission --motor` 1 and 2 measure it"
     } else {
         "`haptic-ctl identify --rig` measures it with the rig's own motor"
@@ -59,7 +59,9 @@ fn rig_friction(known: &RigFrictionStatus, axes: u8) -> Check {
     if let Some(problem) = &known.problem {
         return Check::warn("rig friction", problem.clone(), remedy);
     }
-    if known.friction_from == LossSource::Default && known.damping_from == LossSource::Default {
+    // The rig in the daemon has what it says.
+    let is_linked = device.link.is_some();
+    if is_linked && known.friction_from == LossSource::Default && known.damping_from == LossSource::Default {
         return Check::skip("rig friction", format!("not known; {remedy}"));
     }
     Check::ok("rig friction", status::rig_friction(known))

@@ -76,8 +76,8 @@ impl Default for Link {
 pub(crate) enum Staleness {
     /// There is no rig, or no daemon, or it hangs: they are the last that came.
     Gone,
-    /// A fault: the rig may measure no more.
-    Faulted,
+    /// The loop runs, and the device has sent nothing new for a while.
+    DeviceSilent,
 }
 
 /// Speeds of a hand for which stick-slip is reckoned, mm/s: from a ramp to a fast stroke.
@@ -119,7 +119,6 @@ impl Daemon {
         }
         match self.rig().map(|rig| rig.state) {
             None | Some(RigState::Disconnected) => Some(Staleness::Gone),
-            Some(RigState::Faulted) => Some(Staleness::Faulted),
             Some(_) => None,
         }
     }

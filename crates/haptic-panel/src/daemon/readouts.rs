@@ -21,13 +21,17 @@ const DIGITS_OF_TWO: f32 = 8.0;
 /// Height of a unit, as a share of the height of its number.
 const UNIT_SHARE: f32 = 0.57;
 
+/// Ticks of this time on one sample of the device: it is silent, s.
+const SILENCE_S: f64 = 0.2;
+
 /// Shows the newest sample in large type, and dashes without one. Numbers that are not of now are grey, and named so.
 pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     let palette = Palette::of(ui);
     let sample = tapes.last();
     // A daemon that has just come has yet to send one.
     let is_old = tapes.newest().is_none();
-    let staleness = daemon.staleness().or(is_old.then_some(Staleness::Gone));
+    let gone = daemon.staleness().or(is_old.then_some(Staleness::Gone));
+    let staleness = gone.or_else(|| is_device_silent(tapes.live()).then_some(Staleness::DeviceSilent));
     let staleness = staleness.filter(|_| sample.is_some());
     let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample), 2));
     let on_plane = |component| tapes.live().component(component).and_then(Tape::last);
@@ -63,7 +67,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
             Some(staleness) => {
                 let title = match staleness {
                     Staleness::Gone => format!("{title}, last"),
-                    Staleness::Faulted => title.to_owned(),
+                    Staleness::DeviceSilent => title.to_owned(),
                 };
                 let grey = ui.visuals().weak_text_color();
                 show_one(ui, &title, value, unit, Some(grey));
@@ -75,6 +79,16 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
         show_one(fourth, "Contact", contact, "", contact_color);
     });
     ui.add_space(4.0);
+}
+
+/// Whether all ticks of a while have used the same sample of a device: each of its samples has another number. An
+/// earlier daemon gives none.
+fn is_device_silent(tape: &Tape) -> bool {
+    let Some(last) = tape.last().filter(|last| last.device_sequence != 0) else {
+        return false;
+    };
+    let before = tape.at(last.t_s - SILENCE_S);
+    before.is_some_and(|before| before.device_sequence == last.device_sequence && before.t_s < last.t_s)
 }
 
 fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Color32>) {

@@ -119,10 +119,7 @@ fn show_row(ui: &mut Ui, row: &Row, zero_s: f64) {
     let values = [
         significant(statistics.least, DIGITS),
         significant(statistics.greatest, DIGITS),
-        significant(
-            as_fine_as(statistics.mean, statistics.least, statistics.greatest),
-            DIGITS,
-        ),
+        as_fine_as(statistics.mean, statistics.least, statistics.greatest),
         significant(statistics.rms, DIGITS),
         significant(statistics.peak_to_peak(), DIGITS),
         step.map_or_else(|| "none".to_owned(), |step| format!("{:.0} %", 100.0 * step.overshoot)),
@@ -149,15 +146,17 @@ fn show_row(ui: &mut Ui, row: &Row, zero_s: f64) {
     }
 }
 
-/// A mean without the digits that its signal, of these ends, is shown without.
-fn as_fine_as(mean: f64, least: f64, greatest: f64) -> f64 {
+/// A mean without the decimals that its signal, of these ends, is shown without.
+fn as_fine_as(mean: f64, least: f64, greatest: f64) -> String {
     let size = least.abs().max(greatest.abs());
-    if size == 0.0 {
-        return mean;
+    let whole = significant(size, DIGITS);
+    let decimals = whole.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    let text = format!("{mean:.decimals$}");
+    // No "-0.00".
+    match text.strip_prefix('-') {
+        Some(zero) if zero.trim_start_matches(['0', '.']).is_empty() => zero.to_owned(),
+        _ => text,
     }
-    #[expect(clippy::cast_precision_loss, reason = "three")]
-    let grain = 10_f64.powf(size.log10().floor() + 1.0 - DIGITS as f64);
-    (mean / grain).round() * grain
 }
 
 fn cell(ui: &mut Ui, text: RichText) -> egui::Response {

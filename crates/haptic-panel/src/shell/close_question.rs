@@ -8,7 +8,10 @@ use egui::{RichText, Ui, ViewportCommand};
 
 /// Takes the wish to close the window, and closes it when the force is off.
 pub(crate) fn take_wish(ui: &Ui, model: &mut Model) {
-    let is_live = model.daemon.rig().is_some_and(|rig| rig.state.is_live());
+    let daemon = &model.daemon;
+    // The fake rig of this window ends with it.
+    let is_own = model.view.has_own_rig && daemon.takes_hand();
+    let is_live = !is_own && daemon.rig().is_some_and(|rig| rig.state.is_live());
     let is_wanted = ui.input(|input| input.viewport().close_requested());
     let closing = &mut model.view.closing;
     if is_live && is_wanted {

@@ -12,6 +12,7 @@ use haptic_ipc::{
     SamplesEvent, StateReply, Timing, WireError,
 };
 use haptic_panel::{Answer, Intent, Page, Update};
+use std::ops::Range;
 use std::time::Duration;
 
 #[test]
@@ -244,28 +245,35 @@ fn panel_without_daemon_names_socket_and_disables_controls() {
 #[test]
 fn newest_sample_is_shown_and_stale_values_are_grey() {
     let mut panel = connected(RigState::Engaged);
-    let rows = (0..1250).map(|i| sample(f64::from(i) / 250.0)).collect();
-    let batch = SamplesEvent {
-        seq: 0,
-        dropped: 0,
-        rows,
-        ..SamplesEvent::default()
+    let hear_rows = |panel: &mut Panel, ticks: Range<u32>, numbers: Range<u32>| {
+        let of_device = |tick: u32| Sample {
+            tick: tick.into(),
+            device_sequence: tick.clamp(numbers.start, numbers.end),
+            ..sample(f64::from(tick) / 250.0)
+        };
+        let batch = SamplesEvent {
+            seq: 0,
+            dropped: 0,
+            rows: ticks.map(of_device).collect(),
+            ..SamplesEvent::default()
+        };
+        hear(panel, Update::Event(Event::Samples(batch)));
     };
-    hear(&mut panel, Update::Event(Event::Samples(batch)));
+    hear_rows(&mut panel, 1..1250, 1..1250);
     panel.get_by_label("-3.50");
     panel.get_by_label("12.34");
     panel.get_by_label("Force plot");
     panel.get_by_label("Position plot");
-    for (state, is_last) in [(RigState::Faulted, false), (RigState::Disconnected, true)] {
-        hear(&mut panel, in_state(state, 200));
-        assert_eq!(
-            panel.query_by_label("Device position, last").is_some(),
-            is_last,
-            "{state}"
-        );
-        panel.get_by_label("12.34");
-        assert!(!is_vivid(&mut panel, "12.34"), "{state}: a stale position is grey");
-    }
+    hear(&mut panel, in_state(RigState::Faulted, 200));
+    assert!(is_vivid(&mut panel, "12.34"), "its device still measures");
+    hear_rows(&mut panel, 1250..1350, 1..1250);
+    assert!(!is_vivid(&mut panel, "12.34"), "its device is silent");
+    assert!(panel.query_by_label("Device position, last").is_none());
+    hear_rows(&mut panel, 1350..1450, 1350..1450);
+    assert!(is_vivid(&mut panel, "12.34"), "it measures again");
+    hear(&mut panel, in_state(RigState::Disconnected, 200));
+    panel.get_by_label("Device position, last");
+    assert!(!is_vivid(&mut panel, "12.34"), "a stale position is grey");
     hear(&mut panel, in_state(RigState::Idle, 300));
     assert!(panel.query_by_label("Device position, last").is_none());
     assert!(is_vivid(&mut panel, "12.34"));

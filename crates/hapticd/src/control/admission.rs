@@ -259,11 +259,15 @@ fn not_the_commissioned_rig(device: &ConnectedDevice, known: CommissionState) ->
             "run `haptic-ctl commission --check`, which pushes its handle each way by at most 1 N; or, if you see that it \
              is the same rig, `haptic-ctl engage --same-rig`",
         )),
-        CommissionState::Not(why) => Some(blocker(
+        CommissionState::Not { why, is_reversed } => Some(blocker(
             ErrorCode::NotCommissioned,
             format!("{rig} is not commissioned: {why}"),
-            "run `haptic-ctl commission`, which checks by small pulses that its motor pulls the right way; or \
-             start hapticd with --uncommissioned",
+            if is_reversed {
+                "then run `haptic-ctl commission`, which checks by small pulses that its motor pulls the right way"
+            } else {
+                "run `haptic-ctl commission`, which checks by small pulses that its motor pulls the right way; or \
+                 start hapticd with --uncommissioned"
+            },
         )),
     }
 }
@@ -412,8 +416,15 @@ mod tests {
     #[test]
     fn a_refusal_of_an_uncommissioned_rig_names_both_remedies() {
         let found = |known| not_the_commissioned_rig(&device(1.0, Some(50)), known);
-        let never = found(CommissionState::Not("it was never commissioned".to_owned())).expect("in the way");
-        assert_eq!(never.error.code, ErrorCode::NotCommissioned);
+        let never = |is_reversed| {
+            let why = "it was never commissioned".to_owned();
+            found(CommissionState::Not { why, is_reversed }).expect("in the way")
+        };
+        assert_eq!(never(false).error.code, ErrorCode::NotCommissioned);
+        assert!(
+            !never(true).remedy.contains("--uncommissioned"),
+            "it would push the hand on"
+        );
         let doubt = found(CommissionState::Commissioned {
             findings: Findings::default(),
             coupling: None,
@@ -422,7 +433,7 @@ mod tests {
         .expect("in the way");
         assert_eq!(doubt.error.code, ErrorCode::MaybeAnotherRig);
         for (found, parts) in [
-            (never, ["haptic-ctl commission", "--uncommissioned"]),
+            (never(false), ["haptic-ctl commission", "--uncommissioned"]),
             (doubt, ["commission --check", "engage --same-rig"]),
         ] {
             for part in parts {

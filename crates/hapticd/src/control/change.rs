@@ -1,12 +1,12 @@
 //! How a scene changes: checked, compiled, handed over, and answered with the tick that rendered
 //! it. `set`, `scene.load`, `undo` and `redo` all go this way.
 
-use crate::control::history::{Drag, FIRST_REVISION, History, Move};
+use crate::control::history::{Drag, History, Move, Origin};
 use crate::control::peer::Requester;
-use crate::control::rig::Compiled;
 use crate::control::rig::schedule::NewChange;
+use crate::control::rig::{Compiled, Suited};
 use crate::control::{RigHandle, advise, exclusive_use, judge, library};
-use haptic_core::scene::{Coupling, FileCoupling, SceneFile};
+use haptic_core::scene::{Coupling, FileCoupling};
 use haptic_core::{Direction, ParameterKey, Scene};
 use haptic_ipc::{
     ChangeOptions, ChangeReply, Changes, Difference, ErrorCode, JournalEntry, SceneRef, Value, WireError, differences,
@@ -76,10 +76,16 @@ pub(super) async fn load(
     scene: SceneRef,
     options: ChangeOptions,
 ) -> Result<PendingChange, WireError> {
-    let (scene, origin) = library::find_with_origin(rig, scene).await?;
-    let scene = Rc::new(scene);
+    let (file, origin) = library::find_with_origin(rig, scene).await?;
+    let of = rig.known.coupling_owner();
+    let scene = Rc::new(file.clone().on(rig.known.coupling()));
     let prepare = |_: &Scene| Ok(Step::to(Rc::clone(&scene), Move::Load(origin.clone())));
-    begin(rig, by, "scene.load", options, prepare).await
+    let begun = begin(rig, by, "scene.load", options, prepare).await?;
+    if begun.reply.changed && file.has_coupling_of_rig() {
+        let revision = begun.reply.revision;
+        rig.known.suited.replace(Some(Suited { file, revision, of }));
+    }
+    Ok(begun)
 }
 
 /// Begins to undo the newest change.
@@ -128,37 +134,43 @@ async fn retrace(
     begin(rig, by, op, options, prepare).await
 }
 
-/// Gives the scene that the daemon began with the coupling of the rig, once that is known: where its file leaves it to
-/// the rig, and where nobody has named a scene and the rig bears only a softer one. As long as nobody else has changed
+/// Gives the scene the coupling of the rig, once that is known, and again for each other rig: where its file leaves it
+/// to the rig, and where nobody has named a scene and the rig bears only a softer one. As long as nobody has changed
 /// the scene since, and no force may flow.
-pub(super) fn begin_on_the_rig(rig: &RigHandle) {
-    let Some(file) = &rig.facts.first_scene else { return };
+pub(super) fn suit_the_rig(rig: &RigHandle) {
+    let Some(suited) = rig.known.suited.borrow().clone() else {
+        return;
+    };
     let (newest, before) = rig.base(false);
-    let begun = rig.known.begun.get();
-    if newest != begun || rig.channel.may_have_force() || refuse_others(rig).is_err() {
+    if newest != suited.revision || rig.channel.may_have_force() || refuse_others(rig).is_err() {
         return;
     }
+    let (file, of) = (&suited.file, rig.known.coupling_owner());
     // A delay is measured anew each time, and changes nothing twice.
-    let coupling = if begun == FIRST_REVISION {
-        rig.known.coupling()
-    } else {
-        rig.known.commissioned_coupling()
-    };
+    if !of.1 && of == suited.of {
+        return;
+    }
+    let coupling = rig.known.coupling();
     let is_softer = |coupling: &Coupling| match file.coupling {
         Some(FileCoupling::Own(own)) => coupling.stiffness < own.stiffness,
         _ => true,
     };
-    let Some(coupling) = coupling.filter(is_softer) else {
-        return;
+    let scene = match coupling.filter(is_softer) {
+        Some(coupling) if file.coupling.is_some() => Scene {
+            coupling: Some(coupling),
+            ..file.clone().on(None)
+        },
+        _ => file.clone().on(None),
     };
-    let file = SceneFile {
-        coupling: file.coupling.map(|_| FileCoupling::Own(coupling)),
-        ..file.clone()
+    let is_now = |revision| {
+        let (file, of) = (file.clone(), of.clone());
+        rig.known.suited.replace(Some(Suited { file, revision, of }));
     };
-    let scene = Rc::new(file.on(None));
-    if before == scene {
+    if *before == scene {
+        is_now(newest);
         return;
     }
+    let scene = Rc::new(scene);
     // What a rig bears is a valid coupling; with another the scene stays as it is.
     let Ok(compiled) = rig.compile(&scene, 0.0) else { return };
     let entry = JournalEntry {
@@ -166,7 +178,14 @@ pub(super) fn begin_on_the_rig(rig: &RigHandle) {
         message: Some("the coupling that this rig bears".to_owned()),
         ..JournalEntry::of("scene.load")
     };
-    rig.known.begun.set(rig.apply(scene, compiled, Move::Load(None), entry));
+    let origin = match rig.history().origin() {
+        Some(origin) if file.has_coupling_of_rig() => Some(Rc::new(Origin {
+            name: origin.name.clone(),
+            scene: Scene::clone(&scene),
+        })),
+        _ => None,
+    };
+    is_now(rig.apply(scene, compiled, Move::Load(origin), entry));
 }
 
 /// Where a change leads from a scene.

@@ -195,7 +195,7 @@ impl History {
             }
             Move::Load(origin) => {
                 self.push(before);
-                self.origin = origin;
+                self.origin = origin.or_else(|| self.origin_of(&scene.name));
                 None
             }
             Move::Merge(now) => {
@@ -237,6 +237,20 @@ impl History {
         });
         self.ramp_steps = 0;
         revision
+    }
+
+    /// The scene of the library of this title that was active last: one that a client kept, as for a comparison, comes
+    /// from there.
+    fn origin_of(&self, title: &str) -> Option<Rc<Origin>> {
+        let steps = self.undo.iter().rev().filter_map(|step| step.origin.as_ref());
+        let is_active = self.newest().scene.name == title;
+        let active = self.origin.iter().filter(|_| is_active);
+        let named = self
+            .origin
+            .iter()
+            .chain(steps)
+            .filter(|origin| origin.scene.name == title);
+        active.chain(named).next().cloned()
     }
 
     /// Keeps the ramp to the newest scene, and the number of its steps.
@@ -455,6 +469,18 @@ mod tests {
         assert_eq!(history.library_scene(), saved("mine", true));
         assert_eq!(history.title_to_save("mine"), "mine");
         assert_eq!(history.title_to_save("yours"), "yours");
+        // As in a comparison of two that a client keeps.
+        for (scene, of) in [
+            (named(1), None),
+            (Rc::new(mine.clone()), saved("mine", false)),
+            (ice(4.0), saved("ice", true)),
+        ] {
+            history.moved(Move::Load(None), scene);
+            assert_eq!(history.library_scene(), of);
+        }
+        for _ in 0..3 {
+            history.moved(Move::Undo, ice(4.0));
+        }
         history.moved(Move::Undo, ice(3.0));
         history.moved(Move::Undo, ice(2.0));
         assert_eq!(history.title_to_save("mine"), "thin ice");

@@ -192,26 +192,24 @@ async fn find_or_newest(rig: &RigHandle, scene: Option<SceneRef>) -> Result<Scen
     }
 }
 
-/// Finds a scene, and the scene of the library that it is, if it is named.
+/// Finds the file of a scene, and the scene of the library that it is on the connected rig, if it is named.
 ///
 /// # Errors
 /// As [`find`].
 pub(super) async fn find_with_origin(
     rig: &RigHandle,
     scene: SceneRef,
-) -> Result<(Scene, Option<Rc<Origin>>), WireError> {
+) -> Result<(SceneFile, Option<Rc<Origin>>), WireError> {
     let name = match &scene {
         SceneRef::Name(name) => Some(name.clone()),
         SceneRef::Revision(_) | SceneRef::Scene(_) => None,
     };
-    let scene = find(rig, scene).await?;
+    let file = find_file(rig, scene).await?;
     let origin = name.map(|name| {
-        Rc::new(Origin {
-            name,
-            scene: scene.clone(),
-        })
+        let scene = file.clone().on(rig.known.coupling());
+        Rc::new(Origin { name, scene })
     });
-    Ok((scene, origin))
+    Ok((file, origin))
 }
 
 /// The names and files of the saved scenes.

@@ -93,8 +93,8 @@ async fn prepare(
     let (op, scene, step) = match change.change {
         SceneChange::Params(params) => ("set", before.with_unvalidated(&params.resolve(before)?)?, Move::Forward),
         SceneChange::Scene(scene) => {
-            let (scene, origin) = library::find_with_origin(rig, scene).await?;
-            ("scene.load", scene, Move::Load(origin))
+            let (file, origin) = library::find_with_origin(rig, scene).await?;
+            ("scene.load", file.on(rig.known.coupling()), Move::Load(origin))
         }
     };
     let ramp_ms = change.ramp_ms.filter(|ramp_ms| *ramp_ms > 0.0);

@@ -190,7 +190,7 @@ pub(super) fn look_for_backlash(problem: &Problem<'_>, mut slides: Slides, found
     if loss > HARDLY_SHOWS {
         found.notes.push(
             "backlash between the encoder and the mass would hardly show in this motion, and it is taken that there is \
-             none; a chirp of 0.5 to 3 Hz shows it"
+             none"
                 .to_owned(),
         );
     }

@@ -278,6 +278,8 @@ pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides:
         } else {
             format!("the span of speeds is too small: {span}")
         };
+        let longer = format!("record longer, and both slower than {slow:.4} and faster than {fast:.4} m/s");
+        let instead = if too_loose { longer.as_str() } else { instead };
         refuse(found, "viscous_Ns_per_m", &why, instead);
         let whole = dynamic + least_viscous * f64::midpoint(slow, fast);
         let level =

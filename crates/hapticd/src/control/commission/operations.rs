@@ -217,7 +217,7 @@ pub(in crate::control) async fn confirm(rig: &RigHandle, by: Requester<'_>) -> R
     })
 }
 
-/// Ends the commissioning; the scene that the daemon began with has the grip that was found, before the answer.
+/// Ends the commissioning; a scene that leaves its grip to the rig has the one that was found, before the answer.
 ///
 /// # Errors
 /// This client is not commissioning the rig.
@@ -226,7 +226,7 @@ pub(in crate::control) fn end(rig: &RigHandle, by: Requester<'_>) -> Result<Comm
     exclusive_use::end(rig, by.session, "its client has ended it");
     let ended = status(rig, by)?;
     if ended.path.is_some() {
-        change::begin_on_the_rig(rig);
+        change::suit_the_rig(rig);
     }
     Ok(ended)
 }

@@ -42,7 +42,7 @@ pub(in crate::control) async fn begin(
     let known = rig.records().known(&rig.facts.state_dir, &device, false).await;
     let (known_m, friction_n) = match known {
         CommissionState::Commissioned { findings, .. } => (findings.range_m, findings.friction_n),
-        CommissionState::Not(_) => (None, None),
+        CommissionState::Not { .. } => (None, None),
     };
     let Some(range_m) = range_m.or(known_m) else {
         let message = "cannot identify: the range of the handle is not known: give `range_m`, or have `haptic-ctl \

@@ -70,8 +70,12 @@ pub(in crate::control) enum CommissionState {
         /// Why it may yet be another rig, which nobody has denied of this connection.
         doubt: Option<String>,
     },
-    /// Why it does not count as commissioned.
-    Not(String),
+    /// It does not count as commissioned.
+    Not {
+        why: String,
+        /// Its motor was found to move the wrong way.
+        is_reversed: bool,
+    },
 }
 
 /// Reads and writes the records.
@@ -147,8 +151,14 @@ impl Records {
         let (mut records, mut doubt) = (Vec::new(), None);
         for (number, part) in (1..).zip(device.parts()) {
             match self.of_this_rig(state_dir, &part).await {
-                Err(why) if device.motors > 1 => return CommissionState::Not(format!("motor {number}: {why}")),
-                Err(why) => return CommissionState::Not(why),
+                Err(why) => {
+                    let is_reversed = self.is_refuted(&part);
+                    let why = match device.motors {
+                        ..=1 => why,
+                        _ => format!("motor {number}: {why}"),
+                    };
+                    return CommissionState::Not { why, is_reversed };
+                }
                 Ok(record) => {
                     doubt = doubt.or_else(|| record.origin.doubt(&part).filter(|_| !is_confirmed));
                     records.push(record);
@@ -201,10 +211,15 @@ impl Records {
         found
     }
 
+    fn is_refuted(&self, device: &ConnectedDevice) -> bool {
+        let refuted = self.refuted.borrow();
+        let of = refuted.get(&device.rig.key);
+        of.is_some_and(|of| of.is_none_or(|connection| connection == device.connection))
+    }
+
     /// The record that is valid for a device, or why there is none.
     async fn of_this_rig(&self, state_dir: &Path, device: &ConnectedDevice) -> Result<Record, String> {
-        let refuted = self.refuted.borrow().get(&device.rig.key).copied();
-        if refuted.is_some_and(|of| of.is_none_or(|connection| connection == device.connection)) {
+        if self.is_refuted(device) {
             return Err(
                 "its motor has moved the handle the wrong way: swap its wires or those of the encoder first".to_owned(),
             );

@@ -22,10 +22,10 @@ use haptic_core::adviser::RigFacts;
 use haptic_core::compensation::Compensation;
 use haptic_core::passivity::RigLosses;
 use haptic_core::rig_friction::RigFriction;
-use haptic_core::scene::Coupling;
+use haptic_core::scene::{Coupling, SceneFile};
 use haptic_core::servo::Settings;
 use haptic_ipc::{AdviceBasis, LossSource, RigFrictionStatus, WorstPlace};
-use std::cell::Cell;
+use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -54,10 +54,23 @@ pub(in crate::control) struct KnownRig {
     pub(in crate::control) verdicts: Verdicts,
     /// The bounds that the active scene broke, as they were last reckoned.
     pub(in crate::control) broken_bounds: BrokenBounds,
-    /// Revision of the scene that the daemon began with, as it was last made to suit the rig.
-    pub(in crate::control) begun: Cell<u64>,
+    /// The newest scene whose coupling is the rig's.
+    pub(in crate::control) suited: RefCell<Option<Suited>>,
     /// Workers that search for devices.
     pub(in crate::control) searches: Workers,
+}
+
+/// The rig that gives a coupling: its key, if there is one, and whether the coupling is from its commissioning.
+pub(in crate::control) type CouplingOwner = (Option<String>, bool);
+
+/// A scene that has the coupling of a rig.
+#[derive(Clone, Debug)]
+pub(in crate::control) struct Suited {
+    /// What it was before.
+    pub(in crate::control) file: SceneFile,
+    pub(in crate::control) revision: u64,
+    /// Whose it is.
+    pub(in crate::control) of: CouplingOwner,
 }
 
 /// A rig as a trial takes it.
@@ -105,19 +118,30 @@ impl OwnFriction {
 
 impl KnownRig {
     pub(super) fn new(facts: Rc<Facts>) -> Self {
+        let first = |file| Suited {
+            file,
+            revision: FIRST_REVISION,
+            of: (None, false),
+        };
         Self {
             records: Records::new(facts.kinematics),
+            suited: RefCell::new(facts.first_scene.clone().map(first)),
             facts,
             frictions: RigFrictions::default(),
             verdicts: Verdicts::default(),
             broken_bounds: BrokenBounds::default(),
-            begun: Cell::new(FIRST_REVISION),
             searches: Workers::new("devices", MAX_SEARCHES),
         }
     }
 
     fn device(&self) -> Option<ConnectedDevice> {
         ConnectedDevice::find(&self.facts)
+    }
+
+    /// Which coupling [`Self::coupling`] is now.
+    pub(in crate::control) fn coupling_owner(&self) -> CouplingOwner {
+        let key = self.device().map(|device| device.rig.key);
+        (key, self.commissioned_coupling().is_some())
     }
 
     /// The number of the connection to the device; 0 without a device.
@@ -325,7 +349,7 @@ impl KnownRig {
     }
 }
 
-/// Reads what is known of each rig that is plugged in, and has the daemon's first scene suit it.
+/// Reads what is known of each rig that is plugged in, and has a scene suit it that leaves its coupling to the rig.
 pub(crate) async fn watch(rig: &RigHandle) {
     let mut pause = every(WATCH_PERIOD);
     let mut connected: Option<(u64, Instant)> = None;
@@ -337,7 +361,7 @@ pub(crate) async fn watch(rig: &RigHandle) {
         match connected {
             Some((connection, since)) if connection == device.connection => {
                 if since.elapsed() >= SETTLING {
-                    change::begin_on_the_rig(rig);
+                    change::suit_the_rig(rig);
                 }
             }
             _ => connected = Some((device.connection, Instant::now())),

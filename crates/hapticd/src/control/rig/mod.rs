@@ -15,6 +15,7 @@ mod scenes;
 pub(super) mod schedule;
 
 pub(in crate::control) use commands::{Asked, ReadAfter};
+pub(in crate::control) use known_rig::Suited;
 pub(in crate::control) use scenes::Compiled;
 
 use crate::control::facts::Facts;
