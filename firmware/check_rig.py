@@ -658,6 +658,11 @@ def main():
     parser.add_argument("--slow", type=float, default=1.0, metavar="N", help="wait N times as long for everything: for a rig in simulation")
     parser.add_argument("--only", metavar="NAME", help="one check: " + ", ".join(check.__name__ for check in CHECKS))
     options = parser.parse_args()
+    names = [check.__name__ for check in CHECKS]
+    if options.only not in (None, *names):
+        parser.error(f"--only {options.only}: no such check; there are {', '.join(names)}")
+    if options.push is not None and not options.push > 0:
+        parser.error(f"--push {options.push:g}: a force above 0 N is wanted; it pulls either way")
     try:
         rig = Rig(Line(options.port, options.baud), options.slow)
         wait_for_the_board(rig)

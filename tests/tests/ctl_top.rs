@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use system_tests::relay::Relay;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, wait_for_state};
+use system_tests::{Daemon, binary, bring_to, process, wait_for_state};
 
 fn top(daemon: &Daemon, no_color: &str) -> Terminal {
     top_at(daemon.socket(), no_color)
@@ -178,4 +178,25 @@ fn colour_is_left_out_where_it_is_not_wanted() {
 fn without_a_terminal_it_says_what_to_use_instead() {
     let daemon = Daemon::start(&[]);
     daemon.ctl_refused(&["top"], 2, "haptic-ctl log --follow");
+}
+
+// hazard: H4
+#[test]
+fn a_stop_that_a_hung_daemon_does_not_confirm_says_so() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    let mut top = top(&daemon, "");
+    top.type_in(" ");
+    top.wait_for("the first stop", |screen| screen.contains("stop confirmed at tick"));
+    bring_to(&mut client, RigState::Engaged);
+    top.wait_for("engaged", |screen| screen.contains("ENGAGED"));
+    process::signal(daemon.pid(), Signal::STOP);
+    top.type_in(" ");
+    let shown = top.wait_for("the alarm", |screen| screen.contains("cut its power"));
+    assert!(
+        shown.contains("ENGAGED, last") && !shown.contains("confirmed"),
+        "{shown}"
+    );
+    process::signal(daemon.pid(), Signal::CONT);
+    top.wait_for("its answer", |screen| screen.contains("stop confirmed at tick"));
 }

@@ -34,7 +34,9 @@ impl NamedRig<'_> {
 }
 
 /// Time without an answer to a stop after which a person is told what to do.
-const ALARM: Duration = Duration::from_millis(300);
+pub(crate) const ALARM: Duration = Duration::from_millis(300);
+/// What is told then.
+pub(crate) const NO_ANSWER_YET: &str = "no answer yet: if the motor pulls, cut its power";
 /// Time after a refusal for want of room.
 const ASK_AGAIN: Duration = Duration::from_millis(5);
 /// Time without an answer to a stop after which nobody waits any more.
@@ -124,7 +126,7 @@ pub(crate) async fn ask(socket: Option<&Path>, prefix: Option<&str>) -> Result<S
         Ok(answered) => answered,
         Err(_) => {
             if let Some(prefix) = prefix {
-                eprintln!("haptic-ctl: {prefix}no answer yet: if the motor pulls, cut its power");
+                eprintln!("haptic-ctl: {prefix}{NO_ANSWER_YET}");
             }
             tokio::time::timeout(TIMEOUT - ALARM, asked)
                 .await

@@ -7,7 +7,7 @@ use haptic_lab::drawing::Table;
 use haptic_lab::stats::throughput::Task;
 use haptic_studies::analysis::{self, Refusal, Thresholds, Trials};
 use haptic_studies::plan::Plan;
-use haptic_studies::store;
+use haptic_studies::store::{self, StoreError};
 use haptic_studies::subject_table::SubjectTable;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -61,7 +61,11 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
         SubjectTable::default()
     };
     // A folder of data need not be a whole study.
-    let study = store::read(path).ok().filter(|_| is_folder);
+    let study = match store::read(path) {
+        Ok(study) => Some(study),
+        Err(StoreError::NotAStudy(_)) => None,
+        Err(error) => return Err(usage(&error)),
+    };
     let unfinished = study.as_ref().and_then(|(plan, about)| {
         let (done, of) = store::unfinished(path, plan, about)?;
         // A staircase may end before its last trial.

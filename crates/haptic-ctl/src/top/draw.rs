@@ -2,7 +2,7 @@
 
 use super::curve::Curve;
 use super::loops::{draw_health, draw_histogram};
-use super::model::Model;
+use super::model::{Message, Model};
 use haptic_ipc::RigState;
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
@@ -91,7 +91,10 @@ fn draw_title(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
         Layout::horizontal([Constraint::Fill(1), Constraint::Length(16), Constraint::Fill(1)]).areas(area);
     frame.render_widget(Paragraph::new(format!(" {}", model.daemon.server)), left);
     if let Some(rig) = model.daemon.rig() {
-        let shown = rig.state.to_string().to_uppercase();
+        let mut shown = rig.state.to_string().to_uppercase();
+        if model.message.as_ref().is_some_and(Message::is_of_silence) {
+            shown.push_str(", last");
+        }
         let style = theme.state(rig.state);
         frame.render_widget(Paragraph::new(shown).style(style).alignment(Alignment::Center), middle);
     }
@@ -118,7 +121,7 @@ fn draw_message(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) 
     let fault = model.daemon.rig().and_then(|rig| rig.fault.as_ref());
     let fault = fault.map(|fault| format!("fault: {fault}; R resets"));
     let message = model.message.as_ref();
-    let is_bad = fault.is_some() || message.is_some_and(|message| message.is_bad);
+    let is_bad = fault.is_some() || message.is_some_and(Message::is_bad);
     let texts: Vec<String> = message
         .map(|message| message.text.clone())
         .into_iter()

@@ -12,6 +12,7 @@ mod picture;
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
+use crate::stop;
 use crossterm::event::{self, Event as TerminalEvent, KeyEvent, KeyEventKind};
 use crossterm::terminal::enable_raw_mode;
 use haptic_ipc::{Request, StateReply, Status, SubscribeReply, Topic};
@@ -33,6 +34,8 @@ const STATUS_EVERY: Duration = Duration::from_millis(500);
 enum Answer {
     Status(Box<Status>),
     Moved(Intent, StateReply),
+    /// A stop has no answer yet.
+    Late,
     Refused(Intent, Failure),
 }
 
@@ -150,6 +153,10 @@ impl Screen {
         // What waits behind another answer must not bring the force back after the stop.
         let before = self.stops.fetch_add(u64::from(is_stop), Ordering::Relaxed);
         let way = if is_stop { &self.stopping } else { &self.asking };
+        if is_stop {
+            // The answer to the stop before it is none to this one.
+            lock(&self.model).stop_sent();
+        }
         match intent {
             Some(Intent::Quit) => return ControlFlow::Break(()),
             Some(intent) if way.try_send((intent, before)).is_err() => lock(&self.model).hung(),
@@ -164,15 +171,21 @@ impl Screen {
         match answer {
             Answer::Status(newest) => {
                 self.status_pending = false;
-                lock(&self.model).daemon.status = Some(newest);
+                let mut model = lock(&self.model);
+                model.daemon.status = Some(newest);
+                model.answers();
             }
             Answer::Moved(intent, reply) => {
                 lock(&self.model).moved(intent, &reply);
                 self.picture.draw_now();
             }
+            Answer::Late => {
+                lock(&self.model).late();
+                self.picture.draw_now();
+            }
             Answer::Refused(intent, failure) => {
                 self.status_pending &= intent != Intent::Look;
-                lock(&self.model).refused(&failure);
+                lock(&self.model).refused(intent, &failure);
                 self.picture.draw_now();
             }
         }
@@ -204,7 +217,21 @@ fn answered(mut daemon: Daemon, answering: mpsc::Sender<Answer>, stops: Arc<Atom
                 Some(request @ Request::Status {}) => {
                     daemon.ask(request).await.map(|status| Answer::Status(Box::new(status)))
                 }
-                Some(request) => daemon.ask(request).await.map(|reply| Answer::Moved(intent, reply)),
+                Some(request) => {
+                    let reply = daemon.ask(request);
+                    tokio::pin!(reply);
+                    let soon = tokio::time::timeout(stop::ALARM, &mut reply);
+                    let reply = match soon.await {
+                        Ok(reply) => reply,
+                        Err(_) => {
+                            if intent == Intent::Stop && answering.send(Answer::Late).await.is_err() {
+                                return;
+                            }
+                            reply.await
+                        }
+                    };
+                    reply.map(|reply| Answer::Moved(intent, reply))
+                }
             };
             let answer = answer.unwrap_or_else(|failure| Answer::Refused(intent, failure));
             if answering.send(answer).await.is_err() {

@@ -1,6 +1,7 @@
 //! What is shown, and what the keys mean.
 
 use crate::failure::Failure;
+use crate::stop::NO_ANSWER_YET;
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use haptic_ipc::{DaemonMirror, Event, Request, Sample, SampleY, StateReply};
 use std::collections::VecDeque;
@@ -60,7 +61,31 @@ impl Intent {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Message {
     pub(super) text: String,
-    pub(super) is_bad: bool,
+    pub(super) of: Of,
+}
+
+/// What a message is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Of {
+    Success,
+    Refusal,
+    /// The daemon does not answer.
+    Silence,
+    /// It has not confirmed a stop yet.
+    StopLate,
+    /// It has not confirmed a stop, and nobody waits for that any more.
+    StopLost,
+}
+
+impl Message {
+    pub(super) const fn is_bad(&self) -> bool {
+        !matches!(self.of, Of::Success)
+    }
+
+    /// Whether the state that is shown is the last that came.
+    pub(super) const fn is_of_silence(&self) -> bool {
+        matches!(self.of, Of::Silence | Of::StopLate | Of::StopLost)
+    }
 }
 
 pub(super) struct Model {
@@ -110,22 +135,54 @@ impl Model {
         } else {
             format!("{} at tick {}", reply.state, reply.tick)
         };
-        self.message = Some(Message { text, is_bad: false });
+        self.say(Of::Success, text);
+    }
+
+    fn say(&mut self, of: Of, text: impl Into<String>) {
+        let text = text.into();
+        self.message = Some(Message { text, of });
+    }
+
+    /// The answer to a stop before this one is none to it.
+    pub(super) fn stop_sent(&mut self) {
+        self.say(Of::Success, "stop sent");
+    }
+
+    /// A stop has no answer yet.
+    pub(super) fn late(&mut self) {
+        self.say(Of::StopLate, NO_ANSWER_YET);
     }
 
     /// Nothing more can be asked before something has been answered.
     pub(super) fn hung(&mut self) {
-        self.message = Some(Message {
-            text: "the daemon does not answer: switch the motor off".to_owned(),
-            is_bad: true,
-        });
+        self.say(Of::StopLost, "the daemon does not answer: switch the motor off");
     }
 
-    pub(super) fn refused(&mut self, failure: &Failure) {
-        self.message = Some(Message {
-            text: failure.to_string(),
-            is_bad: true,
-        });
+    pub(super) fn refused(&mut self, intent: Intent, failure: &Failure) {
+        let of = match failure {
+            Failure::NoAnswer(_) if intent == Intent::Stop => Of::StopLost,
+            Failure::NoAnswer(_) => Of::Silence,
+            _ => Of::Refusal,
+        };
+        let before = self.message.as_ref().map(|message| message.of);
+        match of {
+            Of::StopLost => self.say(of, format!("{failure}: if the motor pulls, cut its power")),
+            // What is shown says more.
+            Of::Silence if matches!(before, Some(Of::StopLate | Of::StopLost)) => {}
+            _ => self.say(of, failure.to_string()),
+        }
+    }
+
+    /// The daemon has answered to something.
+    pub(super) fn answers(&mut self) {
+        match self.message.as_ref().map(|message| message.of) {
+            Some(Of::Silence) => self.message = None,
+            Some(Of::StopLost) => self.say(
+                Of::Refusal,
+                "the daemon answers again, and has not confirmed that stop: press it again",
+            ),
+            _ => {}
+        }
     }
 }
 

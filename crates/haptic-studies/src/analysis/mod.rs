@@ -52,6 +52,9 @@ pub struct FittsAnalysis {
     pub comparisons: Vec<Comparison>,
     /// What those are counted from, a subject, resistance and condition each.
     pub differences: Vec<Difference>,
+    /// Which blocks are pooled, where the baseline stands in several: a footnote of tables, and a note too.
+    #[serde(skip)]
+    pub pooled_baseline: Option<String>,
     /// The totals of time beside those that the paper's authors have shown, where the study is as theirs.
     pub beside_paper: Vec<BesidePaper>,
     /// Movement time against the paper's index of difficulty, by resistance.
@@ -93,6 +96,8 @@ pub fn fitts(
     if trials.iter().any(|trial| trial.cursor_diameter_m.is_none()) {
         notes.push("rows without cursor_diameter_m: the index of difficulty takes the cursor as a point".to_owned());
     }
+    let pooled_baseline = segments::pooled(&segments, baseline);
+    notes.extend(pooled_baseline.clone());
     if differences.is_empty() {
         let reason = format!("no subject has a segment of `{baseline}` and one of another resistance in one condition");
         refused.push(Refusal {
@@ -123,6 +128,7 @@ pub fn fitts(
         sequences,
         comparisons,
         differences,
+        pooled_baseline,
         screen,
         refused,
         notes,

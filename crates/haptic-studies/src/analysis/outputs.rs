@@ -4,7 +4,7 @@ use super::FittsAnalysis;
 use super::data::{fitts_data, perception_data};
 use super::page::{fitts_charts, page, perception_charts};
 use super::perception::PerceptionAnalysis;
-use super::tables::{PAGE, dashes, fitts_tables, perception_tables};
+use super::tables::{PAGE, dashes, fitts_tables, footnotes, perception_tables};
 use super::trajectories::Trajectory;
 use crate::subject_table::SubjectTable;
 use haptic_lab::drawing::{Chart, Page, Table, figures};
@@ -24,9 +24,15 @@ pub fn fitts_files(
     let pictures = pictures(&charts);
     let tables = fitts_tables(analysis, PAGE);
     let page = page(title, all(charts), &tables, &analysis.refused, &analysis.notes);
-    files(&page, pictures, &tables, &fitts_data(analysis, subjects), |_| {
-        Vec::new()
-    })
+    let data = fitts_data(analysis, subjects);
+    let notes = |table: &str| {
+        let pooled = analysis.pooled_baseline.iter();
+        pooled
+            .filter(|_| matches!(table, "throughput" | "difficulty"))
+            .cloned()
+            .collect()
+    };
+    files(&page, pictures, &tables, &data, |_| Vec::new(), notes)
 }
 
 /// Names and contents of the files of a perception test.
@@ -37,7 +43,11 @@ pub fn perception_files(analysis: &PerceptionAnalysis, subjects: &SubjectTable, 
     let tables = perception_tables(analysis);
     let page = page(title, all(charts), &tables, &analysis.refused, &analysis.notes);
     let data = perception_data(analysis, subjects);
-    files(&page, pictures, &tables, &data, |table| dashes(analysis, table))
+    let (dashes, notes) = (
+        |table: &str| dashes(analysis, table),
+        |table: &str| footnotes(analysis, table),
+    );
+    files(&page, pictures, &tables, &data, dashes, notes)
 }
 
 fn all(charts: Vec<(&str, Vec<Chart>)>) -> Vec<Chart> {
@@ -58,23 +68,27 @@ fn pictures(charts: &[(&str, Vec<Chart>)]) -> Files {
     pictures
 }
 
-/// The files; `dashes` says why cells of a table are empty.
+/// The files; `dashes` says why cells of a table are empty, `footnotes` what else stands below it.
 fn files(
     page: &Page,
     pictures: Files,
     shown: &[(String, Table)],
     data: &[(String, Table)],
     dashes: impl Fn(&str) -> Vec<String>,
+    footnotes: impl Fn(&str) -> Vec<String>,
 ) -> Files {
     let mut files = vec![("analysis.html".to_owned(), page.html().into_bytes())];
     files.extend(pictures);
     for (name, table) in shown {
-        files.push((format!("{name}.md"), table.markdown().into_bytes()));
+        let footnotes = footnotes(name);
+        let below: String = footnotes.iter().map(|note| format!("\n{note}\n")).collect();
+        files.push((format!("{name}.md"), (table.markdown() + &below).into_bytes()));
         let has_dashes = table.rows.iter().flatten().any(|cell| cell == "-");
         let mut notes = if has_dashes { dashes(name) } else { Vec::new() };
         if table.rows.iter().flatten().any(|cell| cell.ends_with('*')) {
             notes.push("*: p < 0.05, sign test, not corrected for the number of cells".to_owned());
         }
+        notes.extend(footnotes);
         files.push((format!("{name}.tex"), table.latex(name, &notes).into_bytes()));
     }
     files.extend(data.iter().map(|(name, table)| (format!("{name}.csv"), table.csv())));

@@ -148,6 +148,23 @@ fn segment<'a>(
     }
 }
 
+/// Says that the baseline of subjects stands in more than one of their blocks, if so: as practice of the task before all
+/// others, and in its turn.
+pub(super) fn pooled(segments: &[Segment<'_>], baseline: &str) -> Option<String> {
+    let mut blocks: BTreeMap<_, usize> = BTreeMap::new();
+    let of_baseline = || segments.iter().filter(|segment| segment.resistance == baseline);
+    for segment in of_baseline() {
+        *blocks.entry((segment.subject, segment.condition)).or_default() += 1;
+    }
+    let is_pooled = blocks.values().any(|blocks| *blocks > 1);
+    is_pooled.then(|| {
+        format!(
+            "{baseline} is the baseline: throughput and difficulty pool its segments before all others, where the task \
+             is new, with those in its turn; comparisons take the last of each condition"
+        )
+    })
+}
+
 /// The resistances: the baseline, then those of the paper in its order, then others by name.
 pub(super) fn resistances(segments: &[Segment<'_>], baseline: &str) -> Vec<String> {
     let place = |name: &str| {

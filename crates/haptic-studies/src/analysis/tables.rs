@@ -1,7 +1,7 @@
 //! The analysis as tables for people: for a terminal of 80 columns, or for a page.
 
 use super::comparison::{Comparison, Counts, Measure};
-use super::perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold};
+use super::perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold, unlike_means};
 use super::{FittsAnalysis, Summary};
 use crate::trial::{Method, Operator};
 use haptic_lab::drawing::Table;
@@ -30,7 +30,11 @@ pub fn fitts_tables(analysis: &FittsAnalysis, room: usize) -> Vec<(String, Table
             ));
         }
     }
-    if !analysis.comparisons.is_empty() {
+    if analysis
+        .comparisons
+        .iter()
+        .any(|comparison| !comparison.pairs.is_empty())
+    {
         tables.push(("pairs".to_owned(), pairs(&analysis.comparisons)));
     }
     if !analysis.beside_paper.is_empty() {
@@ -342,6 +346,12 @@ pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> 
         first.insert_str(0, "--: ");
     }
     lines
+}
+
+/// What a table of a perception test would hide, though it is without dashes.
+pub(super) fn footnotes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> {
+    let means = analysis.cases.iter().filter_map(unlike_means);
+    means.filter(|_| table == "jnd").collect()
 }
 
 fn number(value: Option<f64>) -> String {

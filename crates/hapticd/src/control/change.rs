@@ -342,9 +342,7 @@ pub(super) fn check_revision(if_revision: Option<u64>, newest: u64) -> Result<()
     let Some(wanted) = if_revision.filter(|wanted| *wanted != newest) else {
         return Ok(());
     };
-    let message = format!(
-        "if_revision = {wanted}, but the scene is at revision {newest}: it was changed meanwhile; read it again"
-    );
+    let message = format!("if_revision = {wanted}, but the scene is at revision {newest}: read it again");
     #[expect(clippy::cast_precision_loss, reason = "revisions are below 2^53")]
     let (wanted, newest) = (wanted as f64, newest as f64);
     Err(WireError::new(ErrorCode::Conflict, message)
