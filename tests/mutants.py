@@ -102,12 +102,12 @@ def build(tree, root, package, target, mutants):
         belongs = plant(tree, root, mutants, originals)
         command = ["cargo", "test", "--no-run", "--package", package, *target, "--message-format", "json"]
         answer = subprocess.run(command, cwd=tree, capture_output=True, text=True)
-        said = [json.loads(line) for line in answer.stdout.splitlines() if line.startswith("{")]
+        messages = [json.loads(line) for line in answer.stdout.splitlines() if line.startswith("{")]
         if answer.returncode == 0:
-            return [one["executable"] for one in said if one.get("executable") and one["profile"]["test"]]
+            return [one["executable"] for one in messages if one.get("executable") and one["profile"]["test"]]
         wrong = {
             belongs[span["file_name"]][span["line_start"] - 1]
-            for one in said
+            for one in messages
             if one["reason"] == "compiler-message" and one["message"]["level"] == "error"
             for span in one["message"]["spans"]
             if span["is_primary"] and span["file_name"] in belongs

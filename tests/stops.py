@@ -219,7 +219,7 @@ def every_rig(bench):
         yield f"{line}: exit {code}, zero force after {after_ms} ms", after_ms is not None
 
 
-def confirmed_is_what_the_device_said(bench):
+def confirmed_is_what_the_device_reported(bench):
     """An ODrive that does not do as it is told."""
     for fault in ["ignore-off", "stay-enabled"]:
         with Bench(bench.binaries) as own:
@@ -230,12 +230,12 @@ def confirmed_is_what_the_device_said(bench):
             board.fail(fault)
             time.sleep(0.2)
             answer = client.ask("stop")
-            told = answer.get("error", {}).get("code", "ok")
+            reported = answer.get("error", {}).get("code", "ok")
             time.sleep(0.5)
-            fault_told = (client.status().get("fault") or "none").split(":")[0]
+            fault_reported = (client.status().get("fault") or "none").split(":")[0]
             yield (
-                f"{fault}: stop {told}, then fault {fault_told}",
-                (told, fault_told)
+                f"{fault}: stop {reported}, then fault {fault_reported}",
+                (reported, fault_reported)
                 == (
                     "not_confirmed",
                     "still_enabled",
@@ -307,14 +307,14 @@ def a_way_in(bench):
             others.start()
             try:
                 time.sleep(0.5)
-                heard, longest_ms = 0, 0
+                obeyed, longest_ms = 0, 0
                 for _ in range(6):
                     pulling(rig, client)
                     at_us = now_us()
                     code, _ = own.ctl("stop")
                     time.sleep(0.05)
                     if code == 0:
-                        heard += 1
+                        obeyed += 1
                         longest_ms = max(longest_ms, rig.zero_after_ms(at_us) or 0)
             finally:
                 over.set()
@@ -322,7 +322,7 @@ def a_way_in(bench):
             what = (
                 f"{descriptors} descriptors, {idle} idle clients" if descriptors else f"{idle} clients that come again"
             )
-            yield f"{what}: {heard} of 6 stops, the longest {longest_ms} ms with the start of haptic-ctl", heard == 6
+            yield f"{what}: {obeyed} of 6 stops, the longest {longest_ms} ms with the start of haptic-ctl", obeyed == 6
     rig = bench.rig()
     _, client = bench.daemon(rig.address, "--uncommissioned")
     pulling(rig, client)
@@ -438,13 +438,13 @@ def first_contact(bench):
     with log.open("w") as out:
         bench.daemon(f"serial:{bench.path}/nowhere", idle=False, stderr=out, stdout=out)
         time.sleep(3.0)
-    told = [line for line in log.read_text().splitlines() if "nowhere" in line]
-    yield f"a port that is not there: {len(told)} lines of the log in 3 s", 1 <= len(told) <= 3
+    mentions = [line for line in log.read_text().splitlines() if "nowhere" in line]
+    yield f"a port that is not there: {len(mentions)} lines of the log in 3 s", 1 <= len(mentions) <= 3
 
 
 ROWS = [
     every_rig,
-    confirmed_is_what_the_device_said,
+    confirmed_is_what_the_device_reported,
     bounded_in_time,
     a_way_in,
     what_is_relied_on,

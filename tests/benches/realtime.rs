@@ -119,9 +119,9 @@ fn turn_of_cyclictest() -> [f64; 4] {
         .status()
         .expect("cyclictest starts");
     assert!(done.success());
-    let told: serde_json::Value =
+    let report: serde_json::Value =
         serde_json::from_slice(&fs::read(json).expect("it writes its histogram")).expect("JSON");
-    let thread = &told["thread"]["0"];
+    let thread = &report["thread"]["0"];
     let mut histogram: Vec<(u64, u64)> = thread["histogram"]
         .as_object()
         .expect("a histogram")
@@ -231,12 +231,12 @@ fn tick() {
 fn rates() {
     for rate in ["1000", "4000", "10000", "20000"] {
         println!("\n## {rate} Hz\n");
-        let told = Command::new(binary("hapticd"))
+        let output = Command::new(binary("hapticd"))
             .args([&format!("--self-test={TURN_S}"), "--rate", rate])
             .output()
             .expect("hapticd starts");
-        assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
-        println!("```text\n{}```", String::from_utf8_lossy(&told.stdout));
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        println!("```text\n{}```", String::from_utf8_lossy(&output.stdout));
     }
 }
 
@@ -260,7 +260,7 @@ fn clients() {
     let daemon = Daemon::start(&[]);
     engage(&daemon);
     let (mut idle, mut busy) = (vec![], vec![]);
-    let (mut sets, mut heard) = (0, 0);
+    let (mut sets, mut received) = (0, 0);
     for _ in 0..TURNS {
         idle.push(turn_of(&mut daemon.client()));
         let (over, bytes) = (AtomicBool::new(false), AtomicU64::new(0));
@@ -275,12 +275,12 @@ fn clients() {
         });
         // All places were taken until now.
         busy.push(timing(&mut daemon.client()).last_10_s);
-        heard += bytes.into_inner();
+        received += bytes.into_inner();
     }
     println!(
         "\n{CLIENTS} clients: {sets} changes in {} s, {} MB heard",
         TURNS as u64 * TURN_S,
-        heard / 1_000_000
+        received / 1_000_000
     );
     beside("with clients", &idle, &busy);
 }

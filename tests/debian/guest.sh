@@ -93,26 +93,28 @@ sleeps() {
     # The host wakes it.
     systemctl suspend && within 90000 is_awake_again
 }
-# What was told of the fault `stalled` since the machine fell asleep, by its message id: docs/reference/faults.md.
+# Journal entries on the fault `stalled` since the machine fell asleep, by its message id: docs/reference/faults.md.
 stalled() {
     journalctl --quiet --no-pager --unit=hapticd --since="@$fell_asleep" MESSAGE_ID=a4b3f8073e62507aaca8c871affe9bc7 "$@"
 }
-has_told() {
+has_reported() {
     journalctl --sync
-    told=$(stalled --output=cat)
-    echo "$told"
-    [ -n "$told" ]
+    reported=$(stalled --output=cat)
+    echo "$reported"
+    [ -n "$reported" ]
 }
-# The clock of these times stands still in the sleep: when the kernel let the programs run again, and when the fault was told.
-ms_from_waking_to_telling() {
+# The clock of these times stands still in the sleep: when the kernel let the programs run again, and when the fault was
+# reported.
+ms_from_waking_to_reporting() {
     {
         journalctl --quiet --no-pager --dmesg --output=short-monotonic --grep='Restarting tasks' | tail -1
         stalled --output=short-monotonic
     } | tr -d '[]' | awk 'NR == 1 { woke = $1 } END { if (NR == 2) printf "%.0f", ($1 - woke) * 1000 }'
 }
 comes_back_faulted() {
-    within 5000 has_told && [ "$(wc -l <<<"$told")" = 1 ] && is faulted && has_no_force && sleep 1 && is faulted && has_no_force &&
-        figure="$(ms_from_waking_to_telling) ms"
+    within 5000 has_reported && [ "$(wc -l <<<"$reported")" = 1 ] && is faulted && has_no_force &&
+        sleep 1 && is faulted && has_no_force &&
+        figure="$(ms_from_waking_to_reporting) ms"
 }
 rig_has_let_go() { for_rig left ctl status; not for_rig left is engaged && force_stays_zero left; }
 engages_again() { ctl reset && engages_and_pulls; }

@@ -79,9 +79,9 @@ start_lister() {
     within 10000 [ -S "/tmp/$1/s.sock" ]
 }
 devices_of() { of=$1; shift; haptic-ctl --socket "/tmp/$of/s.sock" devices "$@"; }
-# What USER is told of the device at ADDRESS holds TEXT.
-told() { devices_of "$1" | awk -v address="$2" '/^[^ ]/ { on = $0 == address } { print >"/tmp/told" } on' | grep -F "$3" || { cat /tmp/told; return 1; }; }
-says_who_it_is() { devices_of root --probe "$1" | tee /tmp/told | grep -q 'fake-rig .* 500 samples/s, 10.000 um a count, up to 20 N' || { cat /tmp/told; return 1; }; }
+# The list that USER gets shows TEXT of the device at ADDRESS.
+lists() { devices_of "$1" | awk -v address="$2" '/^[^ ]/ { on = $0 == address } { print >"/tmp/listed" } on' | grep -F "$3" || { cat /tmp/listed; return 1; }; }
+says_who_it_is() { devices_of root --probe "$1" | tee /tmp/listed | grep -q 'fake-rig .* 500 samples/s, 10.000 um a count, up to 20 N' || { cat /tmp/listed; return 1; }; }
 
 echo "NOTE kernel $(uname -r), up $(milliseconds) ms"
 check 'the gadget is made' make_gadget
@@ -94,13 +94,13 @@ check 'the converter is on the bus' find_converter
 check 'a daemon for the list' start_lister root
 check 'a daemon without any right' start_lister nobody
 slider='Acme Slider (1209:0001, serial number 17)'
-check 'the list names the HID device' told root hid:1209:0001:17 "$slider, HID device /dev/hidraw0"
-check 'the list names the CDC-ACM port' told root 'serial:/dev/ttyACM0?baud=1000000' "$slider, serial port /dev/ttyACM0"
-check 'the list names the converter' told root 'serial:/dev/ttyUSB0?baud=1000000' '(0403:6001'
-check 'the superuser is told of nothing in the way' not told root hid:1209:0001:17 'fix: '
-check 'another user is told how to be allowed the HID device' told nobody hid:1209:0001:17 \
+check 'the list names the HID device' lists root hid:1209:0001:17 "$slider, HID device /dev/hidraw0"
+check 'the list names the CDC-ACM port' lists root 'serial:/dev/ttyACM0?baud=1000000' "$slider, serial port /dev/ttyACM0"
+check 'the list names the converter' lists root 'serial:/dev/ttyUSB0?baud=1000000' '(0403:6001'
+check 'the superuser is told of nothing in the way' not lists root hid:1209:0001:17 'fix: '
+check 'another user is told how to be allowed the HID device' lists nobody hid:1209:0001:17 \
     'SUBSYSTEM=="hidraw", ATTRS{idVendor}=="1209", ATTRS{idProduct}=="0001", GROUP="hapticd", MODE="0660"'
-check 'another user is told how to be allowed the port' told nobody 'serial:/dev/ttyACM0?baud=1000000' 'usermod -aG dialout'
+check 'another user is told how to be allowed the port' lists nobody 'serial:/dev/ttyACM0?baud=1000000' 'usermod -aG dialout'
 
 link acm serial:/dev/ttyACM0 plug_in_gadget unplug_gadget --tty /dev/ttyGS0
 link hid hid:1209:0001:17 plug_in_gadget unplug_gadget --hid /dev/hidg0

@@ -4,10 +4,10 @@
 check() { # NAME, then what must succeed; it may leave its figure in $figure
     checked=$1 figure=
     shift
-    if "$@" >/tmp/said 2>&1; then
+    if "$@" >/tmp/printed 2>&1; then
         echo "PASS $checked${figure:+: $figure}"
     else
-        echo "FAIL $checked: $(tr '\n' ' ' </tmp/said | cut -c1-400)"
+        echo "FAIL $checked: $(tr '\n' ' ' </tmp/printed | cut -c1-400)"
     fi
 }
 
@@ -60,10 +60,10 @@ unplug_gadget() { echo '' >$gadget/UDC; }
 
 # What a fake rig says of its motor: the force now, the largest since it was last asked, whether its watchdog has bitten.
 ask_force() {
-    lines=$(wc -l <"/tmp/$1.said")
+    lines=$(wc -l <"/tmp/$1.printed")
     echo force >"/tmp/$1.asked"
     for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
-        [ "$(wc -l <"/tmp/$1.said")" -gt "$lines" ] && tail -1 "/tmp/$1.said" && return
+        [ "$(wc -l <"/tmp/$1.printed")" -gt "$lines" ] && tail -1 "/tmp/$1.printed" && return
         sleep 0.02
     done
     # An old answer is none.
@@ -73,9 +73,9 @@ start_fake_rig() { # NAME ARGUMENTS
     rig=$1
     shift
     mkfifo "/tmp/$rig.asked"
-    fake-rig --sample-rate-hz "${sample_rate_hz:-500}" --hand-frequency-hz 1 "$@" <>"/tmp/$rig.asked" >"/tmp/$rig.said" 2>&1 &
+    fake-rig --sample-rate-hz "${sample_rate_hz:-500}" --hand-frequency-hz 1 "$@" <>"/tmp/$rig.asked" >"/tmp/$rig.printed" 2>&1 &
     fake_rig=$!
-    within 5000 grep -q fake-rig "/tmp/$rig.said"
+    within 5000 grep -q fake-rig "/tmp/$rig.printed"
 }
 pulls() { ask_force "$1" | awk '{ print; exit !($1 == "force" && $4 > 0.5) }'; }
 force_is_zero() { ask_force "$1" | awk '{ print; exit !($1 == "force" && $2 == 0) }'; }

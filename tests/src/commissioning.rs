@@ -83,12 +83,12 @@ impl Ticks {
     pub fn of(daemon: &Daemon) -> Self {
         let mut client = daemon.client();
         subscribe(&mut client, &[Topic::Samples]);
-        let (heard, rows) = mpsc::channel();
+        let (queue, rows) = mpsc::channel();
         std::thread::spawn(move || {
             while let Ok(event) = client.next_event() {
                 if let Event::Samples(samples) = event {
                     for row in samples.rows {
-                        if heard.send(row).is_err() {
+                        if queue.send(row).is_err() {
                             return;
                         }
                     }

@@ -35,7 +35,7 @@ pub struct HungThread {
 }
 
 impl HungThread {
-    /// Has the thread of a daemon hang that hears its clients.
+    /// Has the thread of a daemon hang that serves its clients.
     pub fn control(daemon: u32, hang: Hang) -> Self {
         let thread = Pid::from_raw(i32::try_from(daemon).expect("a process"));
         ptrace::seize(thread, ptrace::Options::empty()).expect("a thread that may be traced");

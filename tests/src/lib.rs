@@ -134,7 +134,7 @@ pub fn copy_binary(name: &str, to: &Path) {
 pub struct Daemon {
     child: Child,
     socket: PathBuf,
-    said: Vec<String>,
+    printed: Vec<String>,
     stderr: BufReader<ChildStderr>,
     _directory: Option<tempfile::TempDir>,
 }
@@ -192,18 +192,18 @@ impl Daemon {
             .spawn()
             .expect("hapticd starts");
         let mut stderr = BufReader::new(child.stderr.take().expect("it is piped"));
-        let mut said = Vec::new();
+        let mut printed = Vec::new();
         // The line on its rate and privileges is the last that every daemon says.
-        while !said.last().is_some_and(|line: &String| line.contains(" Hz, ")) {
+        while !printed.last().is_some_and(|line: &String| line.contains(" Hz, ")) {
             let mut line = String::new();
             let read = stderr.read_line(&mut line).expect("its messages are text");
-            assert!(read > 0, "hapticd did not come up: {said:?}");
-            said.push(line);
+            assert!(read > 0, "hapticd did not come up: {printed:?}");
+            printed.push(line);
         }
         Self {
             child,
             socket: socket.to_path_buf(),
-            said,
+            printed,
             stderr,
             _directory: None,
         }
@@ -225,9 +225,9 @@ impl Daemon {
         self.child.id()
     }
 
-    /// What it said while it came up.
-    pub fn said(&self) -> &[String] {
-        &self.said
+    /// What it printed while it came up.
+    pub fn printed(&self) -> &[String] {
+        &self.printed
     }
 
     /// A client of the daemon; its greeting may come late on a busy machine.
@@ -260,11 +260,11 @@ impl Daemon {
 
     /// Runs haptic-ctl, which must succeed, and returns what it printed as JSON.
     pub fn ctl_json(&self, arguments: &[&str]) -> serde_json::Value {
-        let said = self.ctl_ok(&[arguments, &["--json"]].concat());
-        serde_json::from_str(&said).unwrap_or_else(|error| panic!("{said}: {error}"))
+        let printed = self.ctl_ok(&[arguments, &["--json"]].concat());
+        serde_json::from_str(&printed).unwrap_or_else(|error| panic!("{printed}: {error}"))
     }
 
-    /// Runs haptic-ctl, which must end with this code and say this on standard error; returns what it said.
+    /// Runs haptic-ctl, which must end with this code and print this on standard error; returns all of that.
     pub fn ctl_refused(&self, arguments: &[&str], code: i32, part: &str) -> String {
         let output = self.ctl(arguments);
         is_refused(&format!("{arguments:?}"), &output, code, &[part])
@@ -285,7 +285,7 @@ impl Daemon {
             .expect("haptic-ctl starts")
     }
 
-    /// Sends a signal and waits for the end; returns how it ended and what it still said.
+    /// Sends a signal and waits for the end; returns how it ended and what it still printed.
     pub fn end(self, signal: rustix::process::Signal) -> (ExitStatus, String) {
         self.end_by(&signal.as_raw().to_string())
     }
@@ -301,9 +301,9 @@ impl Daemon {
                 .success(),
             "{kill}"
         );
-        let mut said = String::new();
-        self.stderr.read_to_string(&mut said).expect("its messages are text");
-        (self.child.wait().expect("it ends"), said)
+        let mut printed = String::new();
+        self.stderr.read_to_string(&mut printed).expect("its messages are text");
+        (self.child.wait().expect("it ends"), printed)
     }
 }
 
@@ -316,9 +316,9 @@ impl Drop for Daemon {
         drop(self.child.kill());
         drop(self.child.wait());
         if std::thread::panicking() {
-            let mut said = String::new();
-            drop(self.stderr.read_to_string(&mut said));
-            println!("hapticd has said: {said}");
+            let mut printed = String::new();
+            drop(self.stderr.read_to_string(&mut printed));
+            println!("hapticd has printed: {printed}");
         }
     }
 }
@@ -347,8 +347,8 @@ pub fn ctl_offline_json(arguments: &[&str]) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
-/// Runs haptic-ctl for something that needs no daemon, which must end with this code and say all of this on standard
-/// error; returns what it said.
+/// Runs haptic-ctl for something that needs no daemon, which must end with this code and print all of this on
+/// standard error; returns all that it printed there.
 pub fn ctl_offline_refused(arguments: &[&str], code: i32, parts: &[&str]) -> String {
     let output = ctl(Path::new("/nonexistent"), arguments);
     is_refused(&format!("{arguments:?}"), &output, code, parts)
@@ -356,12 +356,12 @@ pub fn ctl_offline_refused(arguments: &[&str], code: i32, parts: &[&str]) -> Str
 
 /// Holds a program that was to refuse something to its exit code and to what it says on standard error; returns that.
 pub fn is_refused(what: &str, output: &Output, code: i32, parts: &[&str]) -> String {
-    let said = stderr(output);
-    assert_eq!(output.status.code(), Some(code), "{what}: {said}");
+    let message = stderr(output);
+    assert_eq!(output.status.code(), Some(code), "{what}: {message}");
     for part in parts {
-        assert!(said.contains(part), "{what}: `{said}` lacks `{part}`");
+        assert!(message.contains(part), "{what}: `{message}` lacks `{part}`");
     }
-    said
+    message
 }
 
 /// A path as an argument.
@@ -374,7 +374,7 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// What a program said on standard error.
+/// What a program printed on standard error.
 pub fn stderr(output: &Output) -> String {
     text(&output.stderr)
 }
@@ -477,7 +477,7 @@ pub fn wait_for_state(client: &mut Client, state: RigState) -> Status {
     wait_for(client, &state.to_string(), |status| status.state == state)
 }
 
-/// Brings the rig to `state`, idle or engaged. A key of the panel stops on three ways, and the last may be late: it is
+/// Brings the rig to `state`, idle or engaged. A key of the panel stops on three paths, and the last may be late: it is
 /// reset again.
 pub fn bring_to(client: &mut Client, state: RigState) {
     let began = Instant::now();

@@ -87,13 +87,13 @@ impl Machine {
 
         let cgroup = hierarchy.join(stage.file_name().expect("it has a name"));
         fs::create_dir(&cgroup).expect("root makes cgroups");
-        let said = fs::File::create(stage.join("said")).expect("a file");
+        let printed = fs::File::create(stage.join("printed")).expect("a file");
         let mut unshare = Command::new("sh")
             .arg(Path::new(REPOSITORY).join("tests/systemd/pid1.sh"))
             .args([&debian, stage, &cgroup])
             .stdin(Stdio::null())
-            .stdout(said.try_clone().expect("a second handle"))
-            .stderr(said)
+            .stdout(printed.try_clone().expect("a second handle"))
+            .stderr(printed)
             .spawn()
             .expect("there is a shell");
         let began = Instant::now();
@@ -105,7 +105,7 @@ impl Machine {
             assert!(
                 ended.is_none() && began.elapsed() < PATIENCE,
                 "systemd did not come up: {}",
-                fs::read_to_string(stage.join("said")).unwrap_or_default()
+                fs::read_to_string(stage.join("printed")).unwrap_or_default()
             );
             crate::pause();
         };
@@ -178,14 +178,14 @@ impl Machine {
         shown.trim().to_owned()
     }
 
-    /// What the unit and PID 1 said about it.
+    /// What the unit and PID 1 logged about it.
     pub fn journal(&self) -> String {
         let output = self.run(&["journalctl", "--sync"]);
-        let mut said = text(&output.stderr);
+        let mut printed = text(&output.stderr);
         let output = self.run(&["journalctl", "--no-pager", "--output=cat", "--unit=hapticd"]);
         // Formatting into a string cannot fail.
-        write!(said, "{}", text(&output.stdout)).expect("a string takes all");
-        said
+        write!(printed, "{}", text(&output.stdout)).expect("a string takes all");
+        printed
     }
 
     /// The daemon's process, as numbered here.

@@ -1,4 +1,4 @@
-//! What is said on the control socket, compared with the protocol's schema.
+//! Messages on the control socket, compared with the protocol's schema.
 
 use serde_json::Value;
 

@@ -73,8 +73,8 @@ impl Screen {
             .spawn()
             .expect("Xvfb starts");
         let mut number = String::new();
-        let said = server.stdout.take().expect("it is piped");
-        BufReader::new(said)
+        let stdout = server.stdout.take().expect("it is piped");
+        BufReader::new(stdout)
             .read_line(&mut number)
             .expect("it names its display");
         let display = format!(":{}", number.trim());

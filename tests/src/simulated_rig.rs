@@ -69,18 +69,18 @@ pub fn firmware_test(script: &str, arguments: &[&str]) {
             .args(arguments)
             .output()
             .expect("python3 starts");
-        let said = [output.stdout, output.stderr].map(|said| String::from_utf8_lossy(&said).into_owned());
-        println!("{}{}", said[0], said[1]);
+        let printed = [output.stdout, output.stderr].map(|printed| String::from_utf8_lossy(&printed).into_owned());
+        println!("{}{}", printed[0], printed[1]);
         if output.status.success() {
             return;
         }
-        let is_excused = said.iter().any(|said| said.contains("this computer stood still"));
+        let is_excused = printed.iter().any(|text| text.contains("this computer stood still"));
         assert!(tries_left > 0 && is_excused, "{script} {arguments:?}");
     }
 }
 
-/// Whether a device is as the protocol wants it, by the checker for writers of firmware, and what that says; nothing,
-/// said aloud, where it cannot be run.
+/// Whether a device is as the protocol wants it, by the checker for writers of firmware, and what that prints; nothing
+/// where it cannot be run, which is printed.
 pub fn checked(line: &Path, arguments: &[&str]) -> Option<(bool, String)> {
     if !test_run::has(&["python3"]) {
         return None;
@@ -91,9 +91,9 @@ pub fn checked(line: &Path, arguments: &[&str]) -> Option<(bool, String)> {
         .args(arguments)
         .output()
         .expect("python3 starts");
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    println!("{said}{}", String::from_utf8_lossy(&output.stderr));
-    Some((output.status.success(), said))
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    println!("{printed}{}", String::from_utf8_lossy(&output.stderr));
+    Some((output.status.success(), printed))
 }
 
 /// Whether a device passes all checks, pushed by so many newtons; its times are those of a busy machine.
@@ -101,8 +101,8 @@ pub fn conforms(line: &Path, push_n: &str) -> Option<bool> {
     Some(checked(line, &["--slow", "2", "--push", push_n])?.0)
 }
 
-/// The simulator and the firmware for an encoder, built into a folder; nothing, said aloud, in the short run and where
-/// the tools are missing.
+/// The simulator and the firmware for an encoder, built into a folder; nothing in the short run and where the tools
+/// are missing, which is printed.
 fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
     if !test_run::is_long_for("the firmware as machine code on a simulated microcontroller") {
         return None;

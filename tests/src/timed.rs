@@ -54,8 +54,8 @@ pub(crate) fn count_missed(socket: &Path) {
 
 /// Counts what the log of a daemon that has ended says of periods that it missed.
 pub fn count_logged(log: &str) {
-    let told = u64::try_from(log.matches(" missed periods").count()).unwrap_or(u64::MAX);
-    MISSED.set(MISSED.get() + told);
+    let logged = u64::try_from(log.matches(" missed periods").count()).unwrap_or(u64::MAX);
+    MISSED.set(MISSED.get() + logged);
 }
 
 fn missed(socket: &Path) -> Option<u64> {

@@ -28,7 +28,7 @@ use std::time::Instant;
 
 /// A line of a conversation.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Said {
+pub enum Message {
     /// By a client, as it is sent.
     Client(String),
     /// By a client, again and again, until the answer is as it must be.
@@ -45,7 +45,7 @@ pub struct Transcript {
     /// Files in its directory of scenes, with what they hold.
     pub files: Vec<(String, String)>,
     /// The lines, each with the name of its connection and its number in the file.
-    pub lines: Vec<(String, Said, usize)>,
+    pub lines: Vec<(String, Message, usize)>,
 }
 
 impl Transcript {
@@ -62,19 +62,19 @@ impl Transcript {
                     transcript.files.push((name.to_owned(), text.replace("\\n", "\n")));
                 }
                 Some('C') => {
-                    let said = Said::Client(spaces(rest));
-                    transcript.lines.push((mark[1..].to_owned(), said, number));
+                    let message = Message::Client(spaces(rest));
+                    transcript.lines.push((mark[1..].to_owned(), message, number));
                 }
                 Some('P') => {
-                    let said = Said::Poll(rest.to_owned());
-                    transcript.lines.push((mark[1..].to_owned(), said, number));
+                    let message = Message::Poll(rest.to_owned());
+                    transcript.lines.push((mark[1..].to_owned(), message, number));
                 }
                 Some('S') => {
                     let expected =
                         serde_json::from_str(rest).unwrap_or_else(|error| panic!("line {number}: {error}: {rest}"));
                     transcript
                         .lines
-                        .push((mark[1..].to_owned(), Said::Server(expected), number));
+                        .push((mark[1..].to_owned(), Message::Server(expected), number));
                 }
                 Some(_) => panic!("line {number} begins with none of # ! F C P S: {line}"),
             }
@@ -125,15 +125,15 @@ impl Transcript {
         let daemon = Daemon::start_at(&directory.path().join("run/control.sock"), &arguments);
         let mut connections: HashMap<&str, Connection> = HashMap::new();
         let schemas = Schemas::new();
-        for (name, said, number) in &self.lines {
+        for (name, message, number) in &self.lines {
             let connection = connections.entry(name).or_insert_with(|| {
                 let socket = if name.starts_with('W') { &watch } else { daemon.socket() };
                 Connection::new(Raw::connect(socket))
             });
-            match said {
-                Said::Client(line) => connection.ask(line),
-                Said::Poll(line) => connection.polled = Some(line.clone()),
-                Said::Server(expected) => connection.hear(expected, &schemas).map_err(|why| {
+            match message {
+                Message::Client(line) => connection.ask(line),
+                Message::Poll(line) => connection.polled = Some(line.clone()),
+                Message::Server(expected) => connection.receive(expected, &schemas).map_err(|why| {
                     timed::count_missed(daemon.socket());
                     format!("line {number}: {why}")
                 })?,
@@ -161,7 +161,7 @@ fn spaces(line: &str) -> String {
     }
 }
 
-/// The schemas of what is said.
+/// The schemas of the messages.
 struct Schemas {
     request: Option<Validator>,
     server: Option<Validator>,
@@ -214,7 +214,7 @@ impl Connection {
         Ok(line)
     }
 
-    fn hear(&mut self, expected: &Value, schemas: &Schemas) -> Result<(), String> {
+    fn receive(&mut self, expected: &Value, schemas: &Schemas) -> Result<(), String> {
         if expected.get("event").is_some() {
             return self.hear_event(expected, schemas);
         }
@@ -294,29 +294,29 @@ impl Connection {
     }
 }
 
-/// Whether what was said has everything that is expected.
+/// Whether a message has everything that is expected.
 ///
 /// # Errors
 /// The first place at which it has not.
-pub fn matches(expected: &Value, said: &Value, place: &str) -> Result<(), String> {
+pub fn matches(expected: &Value, got: &Value, place: &str) -> Result<(), String> {
     let differs = || {
         Err(format!(
-            "{}: expected {expected}, got {said}",
+            "{}: expected {expected}, got {got}",
             if place.is_empty() { "/" } else { place }
         ))
     };
     let kind = |is: bool| if is { Ok(()) } else { differs() };
-    match (expected, said) {
-        (Value::String(text), _) if text == "<number>" => kind(said.is_number()),
-        (Value::String(text), _) if text == "<string>" => kind(said.is_string()),
-        (Value::String(text), _) if text == "<boolean>" => kind(said.is_boolean()),
-        (Value::String(text), _) if text == "<list>" => kind(said.is_array()),
-        (Value::String(text), _) if text == "<object>" => kind(said.is_object()),
+    match (expected, got) {
+        (Value::String(text), _) if text == "<number>" => kind(got.is_number()),
+        (Value::String(text), _) if text == "<string>" => kind(got.is_string()),
+        (Value::String(text), _) if text == "<boolean>" => kind(got.is_boolean()),
+        (Value::String(text), _) if text == "<list>" => kind(got.is_array()),
+        (Value::String(text), _) if text == "<object>" => kind(got.is_object()),
         (Value::Object(fields), Value::Object(_)) => fields.iter().try_for_each(|(name, value)| {
             let place = format!("{place}/{name}");
-            match said.get(name) {
+            match got.get(name) {
                 Some(found) => matches(value, found, &place),
-                None => Err(format!("{place}: expected {value}, and there is none in {said}")),
+                None => Err(format!("{place}: expected {value}, and there is none in {got}")),
             }
         }),
         (Value::Array(items), Value::Array(found)) => {
@@ -328,7 +328,7 @@ pub fn matches(expected: &Value, said: &Value, place: &str) -> Result<(), String
         }
         // 1 and 1.0 are one number.
         (Value::Number(number), Value::Number(found)) => kind(number == found || number.as_f64() == found.as_f64()),
-        _ => kind(expected == said),
+        _ => kind(expected == got),
     }
 }
 
@@ -338,7 +338,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn what_was_said_before_must_be_said_again_and_more_may_be() {
+    fn an_answer_has_all_that_is_expected_and_may_have_more() {
         let before = json!({"id":1,"ok":{"tick":"<number>","state":"idle","list":[1,{"a":2}],"none":[]}});
         let again = json!({"id":1.0,"ok":{"tick":7,"state":"idle","list":[1,{"a":2.0,"b":1},3],"none":[],"more":1}});
         matches(&before, &again, "").expect("it has everything");
@@ -364,8 +364,8 @@ mod tests {
         assert_eq!(read.files, [("a.toml".to_owned(), "x\ny".to_owned())]);
         assert_eq!(
             read.lines[0],
-            (String::new(), Said::Client("{\"id\":1}   ".to_owned()), 5)
+            (String::new(), Message::Client("{\"id\":1}   ".to_owned()), 5)
         );
-        assert_eq!(read.lines[1], ("W".to_owned(), Said::Server(json!({"id":1})), 6));
+        assert_eq!(read.lines[1], ("W".to_owned(), Message::Server(json!({"id":1})), 6));
     }
 }

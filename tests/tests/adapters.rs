@@ -86,7 +86,7 @@ impl Board {
     }
 }
 
-/// A kind of fake, and how hapticd is told of it.
+/// A kind of fake, and how it is named to hapticd.
 struct Kind {
     name: &'static str,
     board: &'static [&'static str],
@@ -267,10 +267,10 @@ fn a_motor_that_a_board_does_not_switch_off_is_an_alarm() {
             setup.pull();
             setup.board.ask(wrong);
             let stopped = setup.daemon.ctl(&["--json", "stop"]);
-            let said = stderr(&stopped);
+            let message = stderr(&stopped);
             assert!(
-                !stopped.status.success() && said.contains("not_confirmed"),
-                "{wrong}: {said}"
+                !stopped.status.success() && message.contains("not_confirmed"),
+                "{wrong}: {message}"
             );
             let alarmed = wait_for_state(&mut setup.client, RigState::Faulted);
             let fault = alarmed.fault.unwrap_or_default();
@@ -283,13 +283,13 @@ fn a_motor_that_a_board_does_not_switch_off_is_an_alarm() {
             setup.pull();
             setup.board.ask(wrong);
             let released = setup.daemon.ctl(&["release", "--wait"]);
-            let said = stderr(&released);
-            assert_eq!(released.status.code(), Some(6), "{wrong}: {said}");
-            assert!(said.contains("still_enabled"), "{wrong}: {said}");
-            let (ended, said) = setup.daemon.end(Signal::TERM);
+            let message = stderr(&released);
+            assert_eq!(released.status.code(), Some(6), "{wrong}: {message}");
+            assert!(message.contains("still_enabled"), "{wrong}: {message}");
+            let (ended, message) = setup.daemon.end(Signal::TERM);
             assert!(
-                !ended.success() && said.contains("has not confirmed"),
-                "{wrong}: {said}"
+                !ended.success() && message.contains("has not confirmed"),
+                "{wrong}: {message}"
             );
         }
     });

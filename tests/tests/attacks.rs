@@ -181,16 +181,16 @@ fn a_daemon_says_whom_the_directories_keep_from_its_socket() {
     open(directory.path(), 0o700);
     let socket = directory.path().join("run/control.sock");
     let daemon = Daemon::start_at(&socket, &["--socket-group", GROUP.0]);
-    let said = daemon.said().join("");
+    let printed = daemon.printed().join("");
     let closed = directory.path().display().to_string();
     assert!(
-        said.contains(&format!(
+        printed.contains(&format!(
             "open to the group {}, but the directory {closed} is not",
             GROUP.0
         )),
-        "{said}"
+        "{printed}"
     );
-    assert!(said.contains(&format!("chgrp {} {closed}", GROUP.0)), "{said}");
+    assert!(printed.contains(&format!("chgrp {} {closed}", GROUP.0)), "{printed}");
 }
 
 #[test]
@@ -348,7 +348,7 @@ fn attacks_leave_others_served_and_nothing_behind() {
 }
 
 #[test]
-fn a_stop_is_heard_though_its_sender_hangs_up_at_once() {
+fn a_stop_is_obeyed_though_its_sender_hangs_up_at_once() {
     let _alone = crate::alone();
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut user = daemon.client();
@@ -444,10 +444,10 @@ fn stops_in_a_crowd(crowd: &Attack, descriptors: &str) {
             let asked = Instant::now();
             let stopped = daemon.ctl(&["stop"]);
             stops.push(asked.elapsed());
-            let said = stderr(&stopped);
+            let message = stderr(&stopped);
             assert!(
                 stopped.status.success(),
-                "{}, {descriptors} descriptors: {said}",
+                "{}, {descriptors} descriptors: {message}",
                 crowd.name
             );
         }
@@ -524,7 +524,7 @@ fn lost_socket_is_rebound_and_taken_socket_ends_the_force() {
 }
 
 #[test]
-fn a_client_of_a_loop_that_hangs_is_told_so() {
+fn a_client_of_a_loop_that_hangs_gets_not_responding() {
     let _alone = crate::alone();
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();

@@ -12,7 +12,7 @@ use system_tests::{
     Daemon, HeldThread, PATIENCE, be_patient, binary, engage, until, until_some, wait_for, wait_for_state,
 };
 
-/// A daemon that has said nothing that anybody could read.
+/// A daemon whose output nobody has read.
 struct Mute {
     child: Killed,
     socket: PathBuf,
@@ -134,7 +134,7 @@ fn a_signal_ends_a_daemon_whose_control_thread_hangs() {
 
 // hazard: H1
 #[test]
-fn what_was_lost_is_told_once_somebody_reads() {
+fn lost_lines_are_reported_once_somebody_reads() {
     let (reader, writer) = std::io::pipe().expect("a pipe");
     let daemon = Mute::start(&["--device", "fake"], Stdio::null(), writer.into());
     let mut client = daemon.client();
@@ -144,15 +144,15 @@ fn what_was_lost_is_told_once_somebody_reads() {
         drop(client.request::<StateReply>(Request::engage()));
     }
     let mut lines = BufReader::new(reader).lines().map(|line| line.expect("text"));
-    let told = lines.find(|line| line.contains("lost")).expect("it is told");
-    let count: u32 = told
+    let notice = lines.find(|line| line.contains("lost")).expect("it is reported");
+    let count: u32 = notice
         .split_whitespace()
         .find_map(|word| word.parse().ok())
         .expect("how many");
-    println!("{told}");
+    println!("{notice}");
     assert!(
-        (1..3000).contains(&count) && told.contains("nobody read standard error"),
-        "{told}"
+        (1..3000).contains(&count) && notice.contains("nobody read standard error"),
+        "{notice}"
     );
     let _: StateReply = client.request(Request::Stop {}).expect("a stop");
     assert!(lines.any(|line| line.contains("-> stopped")), "and it goes on");

@@ -283,9 +283,9 @@ fn is_field(option: &Documented) -> bool {
         .arg(&file)
         .output()
         .expect("it starts");
-    let said = String::from_utf8(output.stderr).expect("text");
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    !said.contains("unknown field")
+    let message = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    !message.contains("unknown field")
 }
 
 /// Takes ` [NAME: ...]` out of a text and returns what stands in it.
@@ -417,8 +417,8 @@ fn every_fault() {
     for fault in Fault::KINDS {
         let code = fault.code();
         let id = Fault::message_id(code).expect("each has one");
-        let said = fault.to_string();
-        let because = said.strip_prefix(&format!("{code}: ")).unwrap_or(&said);
+        let message = fault.to_string();
+        let because = message.strip_prefix(&format!("{code}: ")).unwrap_or(&message);
         // A code, and what is wrong with a clock, differ from time to time.
         let because = [" (code", ": its time"]
             .iter()

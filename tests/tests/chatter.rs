@@ -65,31 +65,31 @@ fn a_scene_that_would_chatter_is_not_engaged() {
         .request(paper())
         .expect("without force it is a scene as any other");
     would_chatter(&refused(&mut client, Request::engage()));
-    let told = status(&mut client);
-    assert_eq!(told.state, RigState::Idle);
-    let [problem] = told.device.engage_refused.as_slice() else {
-        panic!("{:?}", told.device);
+    let reported = status(&mut client);
+    assert_eq!(reported.state, RigState::Idle);
+    let [problem] = reported.device.engage_refused.as_slice() else {
+        panic!("{:?}", reported.device);
     };
     assert!(
         problem.what.contains("would chatter") && problem.remedy.contains("--anyway"),
         "{problem:?}"
     );
     assert!(
-        told.broken_bounds.iter().any(|bound| bound == "friction"),
+        reported.broken_bounds.iter().any(|bound| bound == "friction"),
         "{:?}",
-        told.broken_bounds
+        reported.broken_bounds
     );
     for (command, parts) in [
         ("status", ["will not engage", "advice"]),
         ("doctor", ["fail  engage: the scene would chatter", "warn  scene: "]),
     ] {
-        let told = text(&daemon.ctl(&[command]).stdout);
-        assert!(parts.iter().all(|part| told.contains(part)), "{told}");
+        let printed = text(&daemon.ctl(&[command]).stdout);
+        assert!(parts.iter().all(|part| printed.contains(part)), "{printed}");
     }
     let output = daemon.ctl(&["engage"]);
     assert_eq!(output.status.code(), Some(1));
-    let told = stderr(&output);
-    assert!(told.contains("--anyway"), "{told}");
+    let message = stderr(&output);
+    assert!(message.contains("--anyway"), "{message}");
     daemon.ctl_ok(&["engage", "--anyway", "--wait"]);
     let _: StateReply = client.request(Request::Release {}).expect("it has force");
     wait_for_state(&mut client, RigState::Idle);

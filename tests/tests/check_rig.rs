@@ -18,15 +18,15 @@ fn sees(faults: &[(&str, &str, &str)]) {
         for tries_left in (0..TRIES).rev() {
             let mut rig = FakeRig::start(&["--hand", "free"]);
             rig.fail(fault);
-            let Some((passed, said)) = checked(rig.link(), &["--only", check]) else {
+            let Some((passed, printed)) = checked(rig.link(), &["--only", check]) else {
                 return;
             };
-            if !passed && said.contains(words) {
+            if !passed && printed.contains(words) {
                 break;
             }
             assert!(
-                tries_left > 0 && said.contains("this computer stood still"),
-                "{fault} is not seen, or as something else: {said}"
+                tries_left > 0 && printed.contains("this computer stood still"),
+                "{fault} is not seen, or as something else: {printed}"
             );
         }
     }
@@ -75,7 +75,7 @@ fn a_clock_that_lies_is_seen() {
 }
 
 #[test]
-fn direction_is_told_only_by_a_clear_move() {
+fn only_a_clear_move_shows_the_direction() {
     if !test_run::is_long_for("what the checker of firmware sees") {
         return;
     }
@@ -89,13 +89,13 @@ fn direction_is_told_only_by_a_clear_move() {
         (&["--friction-n", "4"], false, "show no direction"),
         (&["--reversed", "--resolution-mm", "100"], false, "show no direction"),
     ] {
-        let Some((passed, said)) = push(options) else { return };
-        assert!(passed == passes && said.contains(words), "{options:?}: {said}");
+        let Some((passed, printed)) = push(options) else { return };
+        assert!(passed == passes && printed.contains(words), "{options:?}: {printed}");
     }
 }
 
 #[test]
-fn a_handle_too_fast_for_its_encoder_is_told() {
+fn a_handle_too_fast_for_its_encoder_is_reported() {
     let light = ["--amplitude", "0", "--arm-stiffness", "0", "--arm-damping", "0"];
     let light = [&light[..], &["--mass", "0.05", "--coulomb", "0.15", "--viscous", "0"]].concat();
     let Some(rig) = SimulatedRig::start(Encoder::Quadrature, TMP, &light) else {
@@ -104,14 +104,17 @@ fn a_handle_too_fast_for_its_encoder_is_told() {
     let reported = "the device reports an error: code 2 (the position sensor fails, or the handle moved \
                     faster than it can follow), detail 0";
     for tries_left in (0..TRIES).rev() {
-        let Some((passed, said)) = checked(rig.line(), &["--slow", "2", "--only", "says_who_it_is", "--push", "4"])
+        let Some((passed, printed)) = checked(rig.line(), &["--slow", "2", "--only", "says_who_it_is", "--push", "4"])
         else {
             return;
         };
-        assert!(!passed, "{said}");
-        if said.contains(reported) && said.contains("m/s, push less") && !said.contains("stood still") {
+        assert!(!passed, "{printed}");
+        if printed.contains(reported) && printed.contains("m/s, push less") && !printed.contains("stood still") {
             return;
         }
-        assert!(tries_left > 0 && said.contains("this computer stood still"), "{said}");
+        assert!(
+            tries_left > 0 && printed.contains("this computer stood still"),
+            "{printed}"
+        );
     }
 }

@@ -80,7 +80,7 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
             let reply: SceneReply = client.request(Request::Get { scene: Some(surface) }).expect("a scene");
             assert_eq!(json!(reply.scene.coupling), *coupling);
         }
-        let friction = status(&mut client).device.rig_friction.expect("it is told");
+        let friction = status(&mut client).device.rig_friction.expect("it is reported");
         assert_eq!(friction.friction_from, LossSource::Commissioned);
         assert!((friction.friction_n - 0.8).abs() <= 0.1 * 0.8, "{friction:?}");
         let path = found["path"].as_str().expect("a path");
@@ -89,7 +89,7 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
             assert!(kept.contains(part), "{kept} lacks {part}");
         }
 
-        // At once, and after a restart once somebody has said that it is the same.
+        // At once, and after a restart once somebody has stated that it is the same.
         renders_the_scene(&daemon, &mut client);
         assert_eq!(status(&mut client).device.engage_refused, []);
         drop((daemon, client));
@@ -190,8 +190,11 @@ fn board_without_serial_number_is_confirmed_at_each_connection() {
         }
         let ticks = Ticks::of(&daemon);
         let checked = daemon.ctl(&["commission", "--check", "--yes"]);
-        let said = stderr(&checked);
-        assert!(!checked.status.success() && said.contains("the other way"), "{said}");
+        let reason = stderr(&checked);
+        assert!(
+            !checked.status.success() && reason.contains("the other way"),
+            "{reason}"
+        );
         let forces_n = ticks.come_so_far().into_iter().map(|row| row.command_force_n.abs());
         let largest_n = forces_n.fold(0.0, f64::max);
         assert!((0.5..=1.0).contains(&largest_n), "{largest_n} N");
@@ -200,8 +203,8 @@ fn board_without_serial_number_is_confirmed_at_each_connection() {
 
         // The first again: a push shows it, or a person says so; each time that it is plugged in.
         let rig = plugged_in(rig, &link, &OWN, &mut client);
-        let told = daemon.ctl_ok(&["commission", "--check", "--yes"]);
-        assert!(told.contains("moves as it was commissioned"), "{told}");
+        let printed = daemon.ctl_ok(&["commission", "--check", "--yes"]);
+        assert!(printed.contains("moves as it was commissioned"), "{printed}");
         renders_the_scene(&daemon, &mut client);
         let rig = plugged_in(rig, &link, &OWN, &mut client);
         assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);
@@ -252,7 +255,7 @@ fn with_uncommissioned_in_the_configuration_any_rig_engages() {
 
 // hazard: H13
 #[test]
-fn what_cannot_be_kept_is_told_and_the_rig_stays_uncommissioned() {
+fn a_failed_save_is_reported_and_leaves_the_rig_uncommissioned() {
     let directory = tempfile::tempdir().expect("a directory");
     // A file stands where the directory should be: not even root can write there.
     let state = directory.path().join("state");
@@ -345,8 +348,8 @@ fn commissioning_asks_before_each_step_and_before_keeping() {
         }
         // A machine that is held up may keep the search for a grip from ending.
         if written.contains("The stiffest grip") {
-            let told = format!("has this grip, as revision {}", status(&mut client).revision);
-            assert!(written.contains(&told), "{written} lacks {told}");
+            let stated = format!("has this grip, as revision {}", status(&mut client).revision);
+            assert!(written.contains(&stated), "{written} lacks {stated}");
         }
         engage(&mut client);
     });

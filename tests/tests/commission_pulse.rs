@@ -16,8 +16,8 @@ fn reversed_motor_ends_in_zero_force_and_is_not_kept() {
         let rig = FakeRig::start(&[&OWN[..], &["--reversed"]].concat());
         let (daemon, mut client) = daemon(&rig, &[]);
         let ticks = Ticks::of(&daemon);
-        let said = daemon.ctl_refused(&["commission", "--yes"], 1, "wired the other way");
-        assert!(said.contains("the wrong way"), "{said}");
+        let message = daemon.ctl_refused(&["commission", "--yes"], 1, "wired the other way");
+        assert!(message.contains("the wrong way"), "{message}");
         let rows = ticks.come_so_far();
         // From the first count against the force to the last force.
         let last = rows

@@ -88,37 +88,39 @@ fn the_example_renders_what_a_lab_has_recorded() {
         .stdin(Stdio::null())
         .output()
         .expect("bash starts");
-    let said = format!("{}{}", text(&output.stdout), stderr(&output));
-    assert!(output.status.success(), "{said}");
-    println!("{said}");
+    let printed = format!("{}{}", text(&output.stdout), stderr(&output));
+    assert!(output.status.success(), "{printed}");
+    println!("{printed}");
     let near = |value: &Value, expected: f64, share: f64| {
-        let found = value.as_f64().unwrap_or_else(|| panic!("{value} is no number: {said}"));
+        let found = value
+            .as_f64()
+            .unwrap_or_else(|| panic!("{value} is no number: {printed}"));
         assert!(
             (found / expected - 1.0).abs() <= share,
-            "{found} for {expected}: {said}"
+            "{found} for {expected}: {printed}"
         );
     };
     let identified = json(&directory.path().join("identified.json"));
     near(&identified["mass_kg"], 1.0, 0.01);
     let compared = json(&directory.path().join("compare.json"));
-    assert_eq!(compared["aligned_by"], "time", "{said}");
+    assert_eq!(compared["aligned_by"], "time", "{printed}");
     for direction in ["positive", "negative"] {
         near(&identified["dynamic_force_N"][direction], 2.0, 0.01);
         near(&identified["viscous_Ns_per_m"][direction], 2.0, 0.04);
         near(&identified["static_force_N"][direction], 2.2, 0.06);
         for (level, most_percent) in [("sliding_force_N", 1.0), ("breakaway_force_N", 10.0)] {
             let percent = &compared[level][direction]["difference_percent"];
-            let percent = percent.as_f64().unwrap_or_else(|| panic!("no {level}: {said}"));
+            let percent = percent.as_f64().unwrap_or_else(|| panic!("no {level}: {printed}"));
             assert!(
                 percent.abs() <= most_percent,
-                "{level} {direction}: {percent} %: {said}"
+                "{level} {direction}: {percent} %: {printed}"
             );
         }
     }
     let rms = compared["force_rms_difference_N"].as_f64().expect("a number");
-    assert!(rms < 0.25, "{rms} N: {said}");
+    assert!(rms < 0.25, "{rms} N: {printed}");
     for plot in ["identified.html", "compare.html", "compare.svg"] {
         let plot = std::fs::read_to_string(directory.path().join(plot)).expect("the plot");
-        assert!(plot.contains("<svg"), "{said}");
+        assert!(plot.contains("<svg"), "{printed}");
     }
 }

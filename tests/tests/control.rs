@@ -81,8 +81,8 @@ fn journal_names_who_changed_and_took_back_what() {
     assert_eq!(sessions, [ada, bob, ada, ada, bob]);
     assert!(by.iter().all(|by| by.uid == rustix::process::geteuid().as_raw()));
     assert_eq!(entries[0].tick, first.tick);
-    let said: Vec<String> = entries[0].changes.iter().map(ToString::to_string).collect();
-    assert_eq!(said, ["mass: 0.5 kg -> 1.5 kg", "static_force: 4 N -> +5 -4 N"]);
+    let written: Vec<String> = entries[0].changes.iter().map(ToString::to_string).collect();
+    assert_eq!(written, ["mass: 0.5 kg -> 1.5 kg", "static_force: 4 N -> +5 -4 N"]);
     assert!(entries.windows(2).all(|pair| pair[0].seq + 1 == pair[1].seq));
 }
 

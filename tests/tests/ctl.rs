@@ -77,16 +77,16 @@ fn every_subcommand_works_and_its_names_in_json_stay() {
         assert!(people.contains(shown), "{line}: {people}");
         let scripts = daemon.ctl_ok(&[&arguments[..], &["--json"]].concat());
         assert!(!scripts.is_empty());
-        for said in scripts.lines() {
-            let value: Value = serde_json::from_str(said).unwrap_or_else(|error| panic!("{said}: {error}"));
+        for answer in scripts.lines() {
+            let value: Value = serde_json::from_str(answer).unwrap_or_else(|error| panic!("{answer}: {error}"));
             for name in names.split_whitespace() {
-                assert!(!value[name].is_null(), "{line}: {name} is missing from {said}");
+                assert!(!value[name].is_null(), "{line}: {name} is missing from {answer}");
             }
         }
     }
 }
 
-/// What is wrong with a line is said with the exit code of its kind, and under `--json` as an error of its code.
+/// A wrong line is refused with the exit code of its kind, and under `--json` as an error of its code.
 #[test]
 fn refusals_name_what_was_typed_and_what_was_meant() {
     let daemon = Daemon::start(&[]);
@@ -142,8 +142,8 @@ fn refusals_name_what_was_typed_and_what_was_meant() {
         is_refused(line, &output, code, &[named]);
         assert!(output.stdout.is_empty(), "{line}: {}", text(&output.stdout));
         let output = daemon.ctl(&[&arguments[..], &["--json"]].concat());
-        let said = is_refused(line, &output, code, &[]);
-        let error: Value = serde_json::from_str(&said).unwrap_or_else(|error| panic!("{line}: {said}: {error}"));
+        let printed = is_refused(line, &output, code, &[]);
+        let error: Value = serde_json::from_str(&printed).unwrap_or_else(|error| panic!("{line}: {printed}: {error}"));
         let message = error["error"]["message"].as_str().unwrap_or_default();
         // A refusal of the daemon keeps the words of the protocol there.
         assert!(message.contains(named) || code == 1, "{line}: {message}");
@@ -151,15 +151,15 @@ fn refusals_name_what_was_typed_and_what_was_meant() {
         assert_eq!(error["error"]["code"] == "usage", code == 2, "{line}: {error}");
     }
     // What stands after -- is another's, and help is no error.
-    let said = daemon.ctl_refused(&["lease", "--what", "--", "true", "--json"], 2, "error: ");
-    assert!(said.starts_with("error: "), "{said}");
+    let printed = daemon.ctl_refused(&["lease", "--what", "--", "true", "--json"], 2, "error: ");
+    assert!(printed.starts_with("error: "), "{printed}");
     assert!(daemon.ctl_ok(&["set", "--help", "--json"]).contains("NAME=VALUE"));
     daemon.ctl_ok(&["stop"]);
     daemon.ctl_refused(&["engage"], 6, "");
     let nobody = ["/nonexistent", "hapticd --demo"];
     ctl_offline_refused(&["status"], 3, &nobody);
-    let said = ctl_offline_refused(&["status", "--json"], 3, &nobody);
-    let error: Value = serde_json::from_str(&said).expect("errors have a JSON form too");
+    let printed = ctl_offline_refused(&["status", "--json"], 3, &nobody);
+    let error: Value = serde_json::from_str(&printed).expect("errors have a JSON form too");
     assert_eq!(error["error"]["code"], "no_daemon");
     for (option, wrong, meant) in [
         ("--device", "serail:/dev/null", "serial"),

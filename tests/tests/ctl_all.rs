@@ -75,10 +75,10 @@ fn all_option_lists_every_rig_without_waiting_for_dead_ones() {
     }
 
     let output = ctl(rigs, &["--json", "--all", "status"]);
-    let said: Vec<Value> = serde_json::from_slice(&output.stdout).expect("a list");
+    let answers: Vec<Value> = serde_json::from_slice(&output.stdout).expect("a list");
     let of = |rig: &str| {
-        let found = said.iter().find(|answer| answer["rig"] == rig);
-        let found = found.unwrap_or_else(|| panic!("{rig} is not in {said:?}"));
+        let found = answers.iter().find(|answer| answer["rig"] == rig);
+        let found = found.unwrap_or_else(|| panic!("{rig} is not in {answers:?}"));
         (found["status"]["state"].clone(), found["error"]["code"].clone())
     };
     assert_eq!(of("left"), ("engaged".into(), Value::Null));
@@ -165,10 +165,10 @@ fn a_stop_reaches_every_rig_whatever_else_is_on_its_line() {
     ] {
         let arguments: Vec<&str> = line.split(' ').collect();
         let output = ctl(rigs, &arguments);
-        let said = text(&output.stdout) + &stderr(&output);
-        assert_eq!(output.status.code(), Some(code), "{line}: {said}");
-        assert_eq!(states(&daemons), stopped, "{line}: {said}");
-        assert!(said.contains(says), "{line}: {said} lacks {says}");
+        let printed = text(&output.stdout) + &stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{line}: {printed}");
+        assert_eq!(states(&daemons), stopped, "{line}: {printed}");
+        assert!(printed.contains(says), "{line}: {printed} lacks {says}");
         for daemon in &daemons {
             let mut client = daemon.client();
             let _: haptic_ipc::StateReply = client.request(Request::Reset {}).expect("it is there");
@@ -204,12 +204,15 @@ fn a_rig_that_is_closed_to_a_user_is_not_an_absent_rig() {
                 command.uid(NOBODY).gid(NOBODY);
             }
             let output = command.output().expect("haptic-ctl starts");
-            let said = text(&output.stdout) + &stderr(&output);
-            assert_eq!(output.status.code(), Some(4), "{line}: {said}");
+            let printed = text(&output.stdout) + &stderr(&output);
+            assert_eq!(output.status.code(), Some(4), "{line}: {printed}");
             for part in [&*closed.display().to_string(), "usermod -aG", "log in again"] {
-                assert!(said.contains(part), "{line}: {said} lacks {part}");
+                assert!(printed.contains(part), "{line}: {printed} lacks {part}");
             }
-            assert!(!said.contains("--demo") && !said.contains("no rig"), "{line}: {said}");
+            assert!(
+                !printed.contains("--demo") && !printed.contains("no rig"),
+                "{line}: {printed}"
+            );
         }
         fs::remove_dir(&closed).expect("ours");
     }
@@ -234,7 +237,7 @@ fn with_several_rigs_in_reach_every_other_command_asks_for_one() {
         let arguments: Vec<&str> = line.split(' ').collect();
         assert_eq!(ctl(rigs, &arguments).status.code(), Some(0), "{line}");
     }
-    // The rig without a name is named by its service; an unknown one is told which there are.
+    // The rig without a name is named by its service; for an unknown one, all are listed.
     assert_eq!(ctl(rigs, &["--rig", "hapticd", "status"]).status.code(), Some(0));
     let unknown = ctl(rigs, &["--rig", "lefft", "status"]);
     is_refused(

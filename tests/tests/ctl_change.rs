@@ -9,8 +9,8 @@ fn change_accepts_if_revision_ramp_and_dry_run() {
     let tried = daemon.ctl_json(&["set", "mass=2kg", "--dry-run"]);
     assert_eq!((&tried["dry_run"], &tried["revision"]), (&true.into(), &1.into()));
     assert!(tried["tick"].is_null());
-    let said = daemon.ctl_ok(&["set", "mass=2", "--dry-run"]);
-    assert!(said.starts_with("only tried, revision 1 stays"), "{said}");
+    let printed = daemon.ctl_ok(&["set", "mass=2", "--dry-run"]);
+    assert!(printed.starts_with("only tried, revision 1 stays"), "{printed}");
     assert_eq!(daemon.ctl_json(&["get"])["params"]["mass"], 0.5);
 
     let ramped = daemon.ctl_json(&["set", "mass=2", "--if-revision", "1", "--ramp", "50ms"]);
@@ -35,10 +35,10 @@ fn a_scene_is_a_name_a_revision_or_a_file() {
         daemon.ctl_json(&["get", "@2"])["params"],
         daemon.ctl_json(&["get", path])["params"]
     );
-    let said = daemon.ctl_ok(&["scene", "diff", "1", "viscous-drag"]);
+    let printed = daemon.ctl_ok(&["scene", "diff", "1", "viscous-drag"]);
     assert!(
-        said.contains("law: karnopp -> viscous") && said.contains("mass: 0.5 kg -> none"),
-        "{said}"
+        printed.contains("law: karnopp -> viscous") && printed.contains("mass: 0.5 kg -> none"),
+        "{printed}"
     );
 
     let saved = daemon.ctl_json(&["scene", "save", "mine", "--scene", "@2"]);
@@ -64,9 +64,9 @@ fn schedule_file_is_awaited_and_kept_one_cancelled_by_name() {
     // No machine is slower to start haptic-ctl.
     let first = status(&mut client).tick + 3000;
     write(first);
-    let said = daemon.ctl_ok(&["schedule", file, "--json"]);
+    let printed = daemon.ctl_ok(&["schedule", file, "--json"]);
     let line = |line: &str| serde_json::from_str::<Value>(line).unwrap_or_else(|error| panic!("{line}: {error}"));
-    let rendered = said
+    let rendered = printed
         .lines()
         .skip(1)
         .map(line)
@@ -82,8 +82,8 @@ fn schedule_file_is_awaited_and_kept_one_cancelled_by_name() {
     let shown = daemon.ctl_ok(&["status"]);
     assert!(shown.contains("2 changes (later) from tick"), "{shown}");
     daemon.ctl_refused(&["set", "b=9"], 1, "schedule.cancel");
-    let said = daemon.ctl_ok(&["schedule", "cancel", "later"]);
-    assert!(said.starts_with("2 scheduled changes were cancelled"), "{said}");
+    let printed = daemon.ctl_ok(&["schedule", "cancel", "later"]);
+    assert!(printed.starts_with("2 scheduled changes were cancelled"), "{printed}");
     daemon.ctl_refused(&["schedule", "cancel", "later"], 1, "");
     daemon.ctl_refused(&["set", "b=9", "--at-tick", "1"], 1, "at_tick = 1 is out of range");
 }
@@ -91,14 +91,14 @@ fn schedule_file_is_awaited_and_kept_one_cancelled_by_name() {
 #[test]
 fn set_scales_and_adds_and_scenes_are_renamed_and_deleted() {
     let daemon = Daemon::start(&[]);
-    let said = daemon.ctl_json(&["set", "mass*=3", "Fs+*=2"]);
-    let applied = &said["applied"];
+    let reply = daemon.ctl_json(&["set", "mass*=3", "Fs+*=2"]);
+    let applied = &reply["applied"];
     assert_eq!(
         (&applied["mass"], &applied["static_force+"]),
         (&1.5.into(), &8.0.into())
     );
-    let said = daemon.ctl_json(&["set", "--by", "Fs-=500mN"]);
-    assert_eq!(said["applied"]["static_force-"], 4.5);
+    let reply = daemon.ctl_json(&["set", "--by", "Fs-=500mN"]);
+    assert_eq!(reply["applied"]["static_force-"], 4.5);
     for (name, value) in [("mass", "1.5 kg"), ("Fs", "+8 -4.5 N"), ("Fs-", "4.5 N")] {
         assert_eq!(daemon.ctl_ok(&["get", name]).trim_end(), value);
     }
@@ -106,8 +106,8 @@ fn set_scales_and_adds_and_scenes_are_renamed_and_deleted() {
     assert_eq!(daemon.ctl_json(&["get", "Fs+"]), one);
     daemon.ctl_refused(&["get", "sigma0"], 1, "the scene has no");
     daemon.ctl_refused(&["set", "mass+=1"], 2, "--by mass=VALUE");
-    let said = daemon.ctl_ok(&["set", "mass=1.5"]);
-    assert!(said.starts_with("nothing changes, revision 3 stays"), "{said}");
+    let printed = daemon.ctl_ok(&["set", "mass=1.5"]);
+    assert!(printed.starts_with("nothing changes, revision 3 stays"), "{printed}");
 
     daemon.ctl_ok(&["scene", "save", "other"]);
     daemon.ctl_ok(&["scene", "save", "mine"]);

@@ -74,9 +74,9 @@ fn doctor_without_daemon_names_fix_and_checks_the_rest() {
     let dead = directory.path().join("control.sock");
     drop(std::os::unix::net::UnixListener::bind(&dead).expect("a socket"));
     let output = ctl(&dead, &["doctor"]);
-    let said = text(&output.stdout);
+    let printed = text(&output.stdout);
     assert!(
-        said.contains("fail  socket: ") && said.contains("nobody listens"),
-        "{said}"
+        printed.contains("fail  socket: ") && printed.contains("nobody listens"),
+        "{printed}"
     );
 }

@@ -91,8 +91,8 @@ fn unreadable_motion_and_failed_repair_give_plain_errors() {
     // A Parquet file that lost its end, and what stood beside it.
     let (path, torn) = file(directory.path(), "torn.parquet");
     std::fs::write(path, b"PAR1 and some rows").expect("written");
-    let said = ctl_offline_refused(&["recording", "repair", &torn, &out], 2, &["torn.parquet"]);
-    assert!(!said.contains("recording repair"), "{said}");
+    let message = ctl_offline_refused(&["recording", "repair", &torn, &out], 2, &["torn.parquet"]);
+    assert!(!message.contains("recording repair"), "{message}");
     ctl_offline_refused(&["recording", "export", &torn, &out], 2, &["recording repair"]);
 }
 
@@ -102,8 +102,8 @@ fn a_recording_goes_to_standard_output_and_ends_with_its_reader() {
     let directory = tempfile::tempdir().expect("a directory");
     for format in ["csv", "mcap"] {
         let output = daemon.ctl(&["record", "-", "--format", format, "--for", "50ms"]);
-        let said = stderr(&output);
-        assert!(output.status.success() && said.contains(" rows, "), "{said}");
+        let message = stderr(&output);
+        assert!(output.status.success() && message.contains(" rows, "), "{message}");
         let (file, _) = file(directory.path(), &format!("piped.{format}"));
         std::fs::write(&file, &output.stdout).expect("written");
         let recording = haptic_recording::read(&file).expect("a recording");
@@ -115,8 +115,8 @@ fn a_recording_goes_to_standard_output_and_ends_with_its_reader() {
     let output = daemon.ctl(&["record", "-", "--for", "5ms", "--quiet"]);
     assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
     let output = daemon.ctl(&["record", "-", "--for", "5ms", "--json"]);
-    let told: serde_json::Value = serde_json::from_slice(&output.stderr).expect("an object");
-    assert!(told["rows"].as_u64().is_some_and(|rows| rows > 0), "{told}");
+    let report: serde_json::Value = serde_json::from_slice(&output.stderr).expect("an object");
+    assert!(report["rows"].as_u64().is_some_and(|rows| rows > 0), "{report}");
 
     let mut record = Command::new(binary("haptic-ctl"))
         .args(["record", "-", "--socket"])

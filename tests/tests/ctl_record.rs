@@ -39,9 +39,9 @@ fn a_recording_has_every_tick_of_its_time_and_says_of_what() {
     // Another one has the tick after the last, wherever the machine was late.
     let longer = daemon.recorder(&longer_file, &[]);
     wait_for_rows(&longer_file, 1);
-    let said = daemon.ctl(&["record", path, "--for", "300ms"]);
+    let output = daemon.ctl(&["record", path, "--for", "300ms"]);
     assert_eq!(
-        (said.status.code(), &*stderr(&said)),
+        (output.status.code(), &*stderr(&output)),
         (Some(0), ""),
         "nothing moves where nobody looks"
     );
@@ -144,9 +144,9 @@ fn a_daemon_that_dies_ends_it_with_3_and_leaves_what_there_was() {
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     let found = read(&file);
     assert_eq!(found.ending, Ending::Open);
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(
-        (&told["rows"], &told["complete"]),
+        (&report["rows"], &report["complete"]),
         (&found.rows.len().into(), &false.into())
     );
     let last = found.marks.last().map(|(_, mark)| mark);
@@ -191,7 +191,7 @@ fn its_length_size_and_losses_move_on_a_terminal() {
 }
 
 #[test]
-fn a_disk_that_is_full_is_said_and_what_there_is_reads() {
+fn a_full_disk_is_reported_and_what_was_written_reads() {
     let daemon = Daemon::start(&[]);
     let (_directory, file) = somewhere("mcap");
     // A file may have 100 kB; the signal that would kill at once is ignored, as it is not sent for a full disk.

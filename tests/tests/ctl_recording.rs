@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use system_tests::recorded::read;
 use system_tests::{Daemon, binary, ctl_offline, ctl_offline_json, ctl_offline_refused, plain, process, text, until};
 
-/// A recording of two scenes and the way to force, with a marker before and one after each change.
+/// A recording of two scenes and the ramp to force, with a marker before and one after each change.
 fn session(folder: &Path) -> PathBuf {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let file = folder.join("session.csv");
@@ -44,17 +44,17 @@ fn info_tells_what_a_recording_holds() {
     let folder = tempfile::tempdir().expect("a directory");
     let file = session(folder.path());
     let found = read(&file);
-    let told = ctl_offline_json(&["recording", "info", plain(&file)]);
-    assert_eq!(told["rows"], found.rows.len());
+    let info = ctl_offline_json(&["recording", "info", plain(&file)]);
+    assert_eq!(info["rows"], found.rows.len());
     let [first, last] = [0, found.rows.len() - 1].map(|index| found.rows[index]);
-    assert_eq!(told["ticks"], json!([first.tick, last.tick]));
-    assert_eq!(told["length_s"], last.t_s - first.t_s);
+    assert_eq!(info["ticks"], json!([first.tick, last.tick]));
+    assert_eq!(info["length_s"], last.t_s - first.t_s);
     assert_eq!(
-        (&told["complete"], &told["notes"]),
+        (&info["complete"], &info["notes"]),
         (&true.into(), &"two scenes".into())
     );
     // On a busy machine what a person does and what the daemon tells may come in another order.
-    let events = told["events"].as_array().expect("a list");
+    let events = info["events"].as_array().expect("a list");
     for (kind, name, wanted) in [
         ("state", "state", json!(["idle", "engaging", "engaged"])),
         ("scene", "revision", json!([2])),
@@ -69,7 +69,7 @@ fn info_tells_what_a_recording_holds() {
         let at = found.rows.iter().find(|row| Some(row.tick) >= tick).unwrap_or(&last);
         assert!((at.t_s - first.t_s - t_s).abs() < 0.05, "{event}");
     }
-    let told = text(&ctl_offline(&["recording", "info", plain(&file)]).stdout);
+    let printed = text(&ctl_offline(&["recording", "info", plain(&file)]).stdout);
     for part in [
         "two scenes",
         "marker",
@@ -79,7 +79,7 @@ fn info_tells_what_a_recording_holds() {
         "every tick",
         "complete",
     ] {
-        assert!(told.contains(part), "{told} lacks {part}");
+        assert!(printed.contains(part), "{printed} lacks {part}");
     }
     ctl_offline_refused(
         &["recording", "info", "/nowhere.mcap"],
@@ -111,10 +111,10 @@ fn a_part_is_cut_by_markers_and_times() {
         (["--from", "3ms", "--to", "12ms"], at(0.003)..at(0.012)),
     ] {
         let cut = [&["recording", "cut", path, plain(&out), "--force"], &arguments[..]].concat();
-        let told = ctl_offline_json(&cut);
+        let report = ctl_offline_json(&cut);
         let part = read(&out);
         assert_eq!(part.rows, whole.rows[rows.clone()], "{arguments:?}");
-        assert_eq!((&told["rows"], part.ending), (&rows.len().into(), Ending::Complete));
+        assert_eq!((&report["rows"], part.ending), (&rows.len().into(), Ending::Complete));
     }
     let nothing = folder.path().join("nothing.csv");
     for (arguments, part) in [
@@ -158,8 +158,11 @@ fn what_can_be_read_is_kept_by_a_repair() {
         assert!(!Path::new(out).exists(), "half of a recording is not one");
     }
     ctl_offline_refused(&["replay", broken], 1, &["recording repair"]);
-    let told = ctl_offline_json(&["recording", "repair", broken, out]);
-    assert!(told["dropped_bytes"].as_u64().is_some_and(|bytes| bytes > 50), "{told}");
+    let report = ctl_offline_json(&["recording", "repair", broken, out]);
+    assert!(
+        report["dropped_bytes"].as_u64().is_some_and(|bytes| bytes > 50),
+        "{report}"
+    );
     let found = read(Path::new(out));
     assert_eq!(
         (found.rows.len(), found.ending),
@@ -167,6 +170,6 @@ fn what_can_be_read_is_kept_by_a_repair() {
     );
     assert!(
         found.marks.iter().any(|(_, mark)| *mark == Mark::Lost { rows: 1 }),
-        "{told}"
+        "{report}"
     );
 }

@@ -1,4 +1,4 @@
-//! `haptic-ctl stop` where nobody hears it: what helps then is not another daemon.
+//! `haptic-ctl stop` where nobody receives it: what helps then is not another daemon.
 
 use rustix::process::Signal;
 use std::io::Write;
@@ -11,8 +11,8 @@ use system_tests::{Daemon, ctl, is_refused, process};
 const SOON: Duration = Duration::from_secs(15);
 
 fn says_to_cut_the_power(output: &Output, code: i32) {
-    let said = is_refused("stop", output, code, &["if the motor pulls, cut its power", "watchdog"]);
-    assert!(!said.contains("start one"), "{said}");
+    let message = is_refused("stop", output, code, &["if the motor pulls, cut its power", "watchdog"]);
+    assert!(!message.contains("start one"), "{message}");
 }
 
 // hazard: H12
@@ -25,7 +25,7 @@ fn without_a_daemon_a_stop_says_to_cut_the_power() {
     drop(UnixListener::bind(&socket).expect("a socket"));
     says_to_cut_the_power(&ctl(&socket, &["stop"]), 3);
     says_to_cut_the_power(&ctl(&socket, &["--json", "stop"]), 3);
-    // Anything else is still told how to get one.
+    // Any other command still names how to get one.
     is_refused("status", &ctl(&socket, &["status"]), 3, &["start one"]);
 }
 
@@ -66,9 +66,9 @@ fn a_stop_of_a_faulted_rig_says_the_fault() {
     let daemon = Daemon::start(&["--hand", "sine", "--speed-limit-mps", "0.01"]);
     drop(daemon.ctl(&["engage"]));
     daemon.ctl_ok(&["wait", "--until", "state=faulted"]);
-    let said = daemon.ctl_ok(&["stop"]);
+    let printed = daemon.ctl_ok(&["stop"]);
     assert!(
-        said.contains("faulted at tick") && said.contains("speed limit"),
-        "{said}"
+        printed.contains("faulted at tick") && printed.contains("speed limit"),
+        "{printed}"
     );
 }

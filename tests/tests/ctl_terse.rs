@@ -12,12 +12,12 @@ fn parsed(line: &str) -> Value {
 #[test]
 fn set_prints_the_advice_on_the_scene() {
     let daemon = Daemon::start(&[]);
-    let stiff = |said: &str| {
-        let mut notes = said.lines().filter_map(|line| line.strip_prefix("note: "));
+    let stiff = |printed: &str| {
+        let mut notes = printed.lines().filter_map(|line| line.strip_prefix("note: "));
         notes.any(|note| note.contains("against a stuck block the loop oscillates"))
     };
-    let said = daemon.ctl_ok(&["set", "K=200N/mm"]);
-    assert!(stiff(&said), "{said}");
+    let printed = daemon.ctl_ok(&["set", "K=200N/mm"]);
+    assert!(stiff(&printed), "{printed}");
     // It still holds, whatever else is changed.
     assert!(stiff(&daemon.ctl_ok(&["set", "Fs=5"])));
     assert!(!stiff(&daemon.ctl_ok(&["set", "K=1N/mm"])));
@@ -71,14 +71,14 @@ fn log_follows_states_entries_samples_and_timing() {
     let daemon = Daemon::start(&[]);
     daemon.ctl_ok(&["set", "mass=1.5"]);
     daemon.ctl_ok(&["stop"]);
-    let said = daemon.ctl_ok(&["log", "-n", "5", "--follow", "--count", "3"]);
+    let printed = daemon.ctl_ok(&["log", "-n", "5", "--follow", "--count", "3"]);
     for part in [
         "set  tick",
         "mass: 0.5 kg -> 1.5 kg",
         "stop  idle -> stopped",
         "state  stopped  tick ",
     ] {
-        assert!(said.contains(part), "{part} is missing: {said}");
+        assert!(printed.contains(part), "{part} is missing: {printed}");
     }
     let all = [
         "log", "-f", "state", "log", "samples", "timing", "-n", "1", "--rate", "0.1kHz", "--count", "200", "--json",
@@ -118,28 +118,31 @@ fn a_scene_to_simulate_is_named_as_everywhere() {
         (output.status.code(), text(&output.stdout) + &stderr(&output))
     };
     let nobody = Path::new("/nonexistent/control.sock");
-    let (code, said) = simulate(nobody, "lugre");
+    let (code, printed) = simulate(nobody, "lugre");
     assert!(
-        code == Some(0) && said.contains("LuGre"),
-        "a built-in scene needs no daemon: {said}"
+        code == Some(0) && printed.contains("LuGre"),
+        "a built-in scene needs no daemon: {printed}"
     );
-    let (code, said) = simulate(nobody, "mine");
+    let (code, printed) = simulate(nobody, "mine");
     assert!(
-        code == Some(2) && said.contains("no daemon is there to ask for it"),
-        "{said}"
+        code == Some(2) && printed.contains("no daemon is there to ask for it"),
+        "{printed}"
     );
     let rows = |scene: &str| {
-        let (code, said) = simulate(daemon.socket(), scene);
-        assert_eq!(code, Some(0), "{scene}: {said}");
-        (std::fs::read(directory.path().join("o.csv")).expect("rows"), said)
+        let (code, printed) = simulate(daemon.socket(), scene);
+        assert_eq!(code, Some(0), "{scene}: {printed}");
+        (std::fs::read(directory.path().join("o.csv")).expect("rows"), printed)
     };
     let (mine, _) = rows("mine");
     assert_eq!(mine, rows("@2").0, "the revision that was saved");
     assert_ne!(mine, rows("@1").0);
     // A file of the same name.
     std::fs::write(directory.path().join("mine"), daemon.ctl_ok(&["scene", "show", "@1"])).expect("written");
-    let (still, said) = rows("mine");
-    assert!(still == mine && said.contains("for the file write ./mine"), "{said}");
+    let (still, printed) = rows("mine");
+    assert!(
+        still == mine && printed.contains("for the file write ./mine"),
+        "{printed}"
+    );
     assert_eq!(rows("./mine").0, rows("@1").0);
     ctl_offline_refused(&["simulate", "./no", "--motion", motion, "--out", "/tmp/o.csv"], 2, &[]);
 }

@@ -34,9 +34,9 @@ fn what_is_waited_for_ends_the_wait() {
     let stopped = waiting(&daemon, &mut client, "state=stopped");
     daemon.ctl_ok(&["engage"]);
     daemon.ctl_ok(&["set", "mass=1.5"]);
-    let (code, said) = ended(engaged);
-    assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("state=engaged: engaged, revision"), "{said}");
+    let (code, printed) = ended(engaged);
+    assert_eq!(code, Some(0), "{printed}");
+    assert!(printed.contains("state=engaged: engaged, revision"), "{printed}");
     assert_eq!(ended(heavier).0, Some(0));
     assert_eq!(ended(moving).0, Some(0));
     daemon.ctl_ok(&["stop"]);
@@ -51,11 +51,11 @@ fn stop_ends_wait_for_another_state_or_a_force_with_6() {
     let pulled = waiting(&daemon, &mut client, "command_force_N>100N");
     let heavier = waiting(&daemon, &mut client, "mass=1.5");
     daemon.ctl_ok(&["stop"]);
-    let (code, said) = ended(engaged);
-    assert_eq!(code, Some(6), "{said}");
+    let (code, printed) = ended(engaged);
+    assert_eq!(code, Some(6), "{printed}");
     assert!(
-        said.contains("the rig is stopped") && said.contains("haptic-ctl reset"),
-        "{said}"
+        printed.contains("the rig is stopped") && printed.contains("haptic-ctl reset"),
+        "{printed}"
     );
     assert_eq!(ended(pulled).0, Some(6));
     // Also where the rig is stopped already.

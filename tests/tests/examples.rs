@@ -94,8 +94,11 @@ fn the_one_for_the_shell_drives_the_rig_and_says_why_it_cannot() {
     // It is stopped now, and a stop is not engaged away.
     let again = shell();
     assert_eq!(again.status.code(), Some(1));
-    let said = stderr(&again);
-    assert!(said.contains("refused: stopped: ") && said.contains("reset"), "{said}");
+    let message = stderr(&again);
+    assert!(
+        message.contains("refused: stopped: ") && message.contains("reset"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -109,10 +112,10 @@ fn without_a_daemon_each_says_so_in_one_line() {
         command.arg(example(name)).arg(nowhere);
         let output = run(command);
         assert_eq!(output.status.code(), Some(1));
-        let said = stderr(&output);
+        let message = stderr(&output);
         assert!(
-            said.starts_with("hapticd at /nonexistent/control.sock") && said.lines().count() == 1,
-            "{said}"
+            message.starts_with("hapticd at /nonexistent/control.sock") && message.lines().count() == 1,
+            "{message}"
         );
     }
 }

@@ -27,7 +27,7 @@ struct Host {
     line: File,
     decoder: Decoder,
     sequence: u32,
-    heard: Vec<FromDevice>,
+    others: Vec<FromDevice>,
 }
 
 impl Host {
@@ -41,13 +41,13 @@ impl Host {
             line,
             decoder: Decoder::default(),
             sequence: 0,
-            heard: Vec::new(),
+            others: Vec::new(),
         };
         for nonce in 0..100 {
             host.say(FromHost::Hello { nonce });
             // It may not have come up yet.
             while host.has_news(Duration::from_millis(250)) {
-                for message in host.hear() {
+                for message in host.receive() {
                     if let FromDevice::Hello(hello) = message
                         && hello.nonce == nonce
                     {
@@ -79,7 +79,7 @@ impl Host {
     }
 
     /// Reads what has come, and waits for it.
-    fn hear(&mut self) -> Vec<FromDevice> {
+    fn receive(&mut self) -> Vec<FromDevice> {
         assert!(self.has_news(PATIENCE), "the device is silent");
         let mut bytes = [0; 4096];
         let read = self.line.read(&mut bytes).expect("the line is there");
@@ -96,7 +96,7 @@ impl Host {
     fn wait_for<T>(&mut self, what: &str, mut wanted: impl FnMut(&FromDevice) -> Option<T>) -> T {
         let began = Instant::now();
         loop {
-            let messages = self.hear();
+            let messages = self.receive();
             if let Some(found) = messages.iter().find_map(&mut wanted) {
                 return found;
             }
@@ -131,12 +131,12 @@ impl Host {
     fn hold(&mut self, force_mn: i32, samples: usize) -> Vec<DeviceSample> {
         let mut had = Vec::new();
         while had.len() < samples {
-            for message in self.hear() {
+            for message in self.receive() {
                 if let FromDevice::Sample(sample) = message {
                     had.push(sample);
                     self.command(force_mn);
                 } else {
-                    self.heard.push(message);
+                    self.others.push(message);
                 }
             }
         }
@@ -202,7 +202,7 @@ fn it_keeps_time_while_commands_come_in_bursts() {
         }
         let last = host.sequence;
         while all.last().is_some_and(|sample| sample.command != last) {
-            all.extend(host.hear().into_iter().filter_map(|message| match message {
+            all.extend(host.receive().into_iter().filter_map(|message| match message {
                 FromDevice::Sample(sample) => Some(sample),
                 _ => None,
             }));
@@ -318,7 +318,7 @@ fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
     };
     rig.order("cut");
     let cut_s = number(&rig.stats(), "/time_s");
-    let is_told = |message: &FromDevice| {
+    let is_sensor_error = |message: &FromDevice| {
         matches!(
             message,
             FromDevice::Error {
@@ -329,8 +329,8 @@ fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
     };
     // On a busy machine samples from before the cut are still on the line.
     let began = Instant::now();
-    while !host.heard.iter().any(is_told) {
-        assert!(began.elapsed() < PATIENCE, "{:?}", host.heard);
+    while !host.others.iter().any(is_sensor_error) {
+        assert!(began.elapsed() < PATIENCE, "{:?}", host.others);
         host.hold(3000, 20);
     }
     let off_s = number(&rig.stats(), "/motor/last_on_s");

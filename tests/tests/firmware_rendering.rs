@@ -101,7 +101,7 @@ fn nothing_was_lost(counts: LinkCounts, stats: &Value, time_s: f64) {
     );
 }
 
-/// The motor worked against the hand all the way, with the block's friction.
+/// The motor worked against the hand over its whole travel, with the block's friction.
 fn friction_was_felt(stats: &Value, time_s: f64) {
     let (work_j, travel_m) = (number(stats, "/motor/work_j"), number(stats, "/handle/travel_m"));
     assert!(travel_m > 0.02 * time_s, "{stats}");

@@ -44,7 +44,7 @@ fn every_module_that_the_loop_passes_through_forbids_locks() {
         let denied = read(path).lines().any(|line| line == DENIAL);
         assert!(denied, "{path} does not say {DENIAL}");
     }
-    // What is let through by name, with its reason, is not on the way of a sample.
+    // Calls that are allowed by name, with a reason, are not on the path of a sample.
     for file in fs::read_dir(workspace().join("crates/hapticd/src/rt")).expect("a folder") {
         let path = file.expect("a file").path();
         let text = fs::read_to_string(&path).unwrap_or_default();
@@ -102,40 +102,40 @@ fn clippy_says(source: &str) -> Option<(bool, String)> {
         .env_remove("RUSTFLAGS")
         .output()
         .expect("cargo runs");
-    let said = stderr(&run);
-    if said.contains("no such command") || said.contains("is not installed") {
+    let message = stderr(&run);
+    if message.contains("no such command") || message.contains("is not installed") {
         test_run::skip("clippy", "rustup component add clippy");
         return None;
     }
-    Some((run.status.success(), said))
+    Some((run.status.success(), message))
 }
 
 // hazard: P16
 #[test]
 fn a_lock_planted_in_such_a_module_is_refused_by_clippy() {
-    let Some((passed, said)) = clippy_says(&format!("{DENIAL}\npub fn tick(force_n: f64) -> f64 {{ force_n }}\n"))
+    let Some((passed, message)) = clippy_says(&format!("{DENIAL}\npub fn tick(force_n: f64) -> f64 {{ force_n }}\n"))
     else {
         return;
     };
     // The list itself must be one that clippy understands, and name nothing that is not there.
-    assert!(passed && !said.contains("warning"), "{said}");
+    assert!(passed && !message.contains("warning"), "{message}");
     // A module for each.
     let modules = |denial: &str| -> String {
         let module =
             |(number, (_, source)): (usize, &(&str, &str))| format!("pub mod m{number} {{\n{denial}\n{source}\n}}\n");
         PLANTED.iter().enumerate().map(module).collect()
     };
-    let (passed, said) = clippy_says(&modules(DENIAL)).expect("it was there");
-    assert!(!passed, "{said}");
+    let (passed, message) = clippy_says(&modules(DENIAL)).expect("it was there");
+    assert!(!passed, "{message}");
     for (number, (named, _)) in PLANTED.iter().enumerate() {
-        let refused = said
+        let refused = message
             .split("\n\n")
             .any(|error| error.contains("disallowed") && error.contains(named) && is_in_module(error, number));
-        assert!(refused, "{named} passed in module {number}: {said}");
+        assert!(refused, "{named} passed in module {number}: {message}");
     }
     // Elsewhere it is fit.
-    let (passed, said) = clippy_says(&modules("")).expect("it was there");
-    assert!(passed, "{said}");
+    let (passed, message) = clippy_says(&modules("")).expect("it was there");
+    assert!(passed, "{message}");
 }
 
 /// Whether an error of clippy is about a line of a module, which has three beside its source.

@@ -132,7 +132,7 @@ fn a_client_that_dies_in_an_excitation_takes_its_force_with_it() {
     assert!(!released.is_empty(), "{} rows", rows.len());
     // The tick that begins the release may be the one that takes the motion away.
     let forces = released.iter().filter(|row| row.command_force_n != 0.0).count();
-    assert!(forces <= 50, "{forces} ticks with force on the way out");
+    assert!(forces <= 50, "{forces} ticks with force along the release");
     renders_the_scene(&daemon, &mut client);
 }
 

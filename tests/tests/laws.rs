@@ -54,8 +54,8 @@ fn every_ready_scene_is_rendered_with_a_hand_on_it() {
         } else {
             "i"
         };
-        let said = daemon.ctl_refused(&["set", &format!("{absent}=1")], 1, "does not apply here");
-        assert!(said.contains(reply.scene.friction.law()), "{scene}: {said}");
+        let message = daemon.ctl_refused(&["set", &format!("{absent}=1")], 1, "does not apply here");
+        assert!(message.contains(reply.scene.friction.law()), "{scene}: {message}");
         let described = daemon.ctl_ok(&["describe"]);
         let summary = Friction::summary(reply.scene.friction.law()).expect("a law of the list");
         assert!(

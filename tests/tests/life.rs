@@ -9,7 +9,7 @@ use system_tests::{
     Daemon, be_patient, binary, copy_binary, process, real_time_thread, status, stderr, wait_for, wait_for_state,
 };
 
-/// Runs hapticd with arguments with which it cannot run; returns its exit code and what it said.
+/// Runs hapticd with arguments with which it cannot run; returns its exit code and its message.
 fn refused(arguments: &[&str]) -> (Option<i32>, String) {
     let output = Command::new(binary("hapticd"))
         .args(arguments)
@@ -25,9 +25,9 @@ fn a_socket_in_use_is_refused_and_a_stale_one_is_replaced() {
     let socket = directory.path().join("rig/control.sock");
     let path = socket.to_str().expect("a plain path");
     let first = Daemon::start_at(&socket, &[]);
-    let (code, said) = refused(&["--device", "fake", "--socket", path]);
-    assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains(path) && said.contains("in use"), "{said}");
+    let (code, message) = refused(&["--device", "fake", "--socket", path]);
+    assert_eq!(code, Some(1), "{message}");
+    assert!(message.contains(path) && message.contains("in use"), "{message}");
     assert_eq!(
         status(&mut first.client()).state,
         RigState::Idle,
@@ -46,18 +46,18 @@ fn a_socket_in_use_is_refused_and_a_stale_one_is_replaced() {
         .collect();
     assert!(left.is_empty(), "a daemon that ends in order leaves nothing: {left:?}");
 
-    // Its lock is no way to another's file.
+    // Its lock does not reach another's file.
     let lock = directory.path().join("rig/control.sock.lock");
     std::os::unix::fs::symlink(directory.path().join("made"), &lock).expect("a link");
-    let (code, said) = refused(&["--device", "fake", "--socket", path]);
-    assert_eq!(code, Some(1), "{said}");
-    assert!(!directory.path().join("made").exists(), "{said}");
+    let (code, message) = refused(&["--device", "fake", "--socket", path]);
+    assert_eq!(code, Some(1), "{message}");
+    assert!(!directory.path().join("made").exists(), "{message}");
     std::fs::remove_file(&lock).expect("it is ours");
 
     std::fs::write(&socket, "precious").expect("a file");
-    let (code, said) = refused(&["--device", "fake", "--socket", path]);
-    assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains("not a socket"), "{said}");
+    let (code, message) = refused(&["--device", "fake", "--socket", path]);
+    assert_eq!(code, Some(1), "{message}");
+    assert!(message.contains("not a socket"), "{message}");
     assert_eq!(std::fs::read_to_string(&socket).expect("it is still there"), "precious");
 }
 
@@ -78,12 +78,12 @@ fn every_signal_that_can_end_it_lets_the_force_down_first() {
             // To a service it asks for something else.
             continue;
         }
-        let (ended, said) = daemon.end_by(signal);
-        assert!(ended.success(), "{signal}: {ended} {said}");
-        assert!(!said.contains("panic"), "{signal}: {said}");
+        let (ended, printed) = daemon.end_by(signal);
+        assert!(ended.success(), "{signal}: {ended} {printed}");
+        assert!(!printed.contains("panic"), "{signal}: {printed}");
         assert!(
-            said.contains("release"),
-            "{signal}: it is released along its ramp: {said}"
+            printed.contains("release"),
+            "{signal}: it is released along its ramp: {printed}"
         );
     }
 }
@@ -121,12 +121,12 @@ fn what_cannot_be_run_is_refused_by_its_name() {
             vec!["nan.toml", "mass", "NaN", "kg"],
         ),
     ] {
-        let (code, said) = refused(&arguments);
-        assert_eq!(code, Some(2), "{arguments:?}: {said}");
+        let (code, message) = refused(&arguments);
+        assert_eq!(code, Some(2), "{arguments:?}: {message}");
         for part in parts {
-            assert!(said.contains(part), "{arguments:?}: {said} lacks {part}");
+            assert!(message.contains(part), "{arguments:?}: {message} lacks {part}");
         }
-        assert!(!said.contains("panicked"), "{said}");
+        assert!(!message.contains("panicked"), "{message}");
     }
 }
 
@@ -201,8 +201,8 @@ fn scheduled_by_deadline_the_loop_renders_or_says_why_it_is_not() {
         status.tick > engaged.tick + 1000
     });
     assert_eq!(later.state, RigState::Engaged, "{:?}", later.fault);
-    let (ended, said) = daemon.end(Signal::TERM);
-    assert!(ended.success(), "{said}");
+    let (ended, printed) = daemon.end(Signal::TERM);
+    assert!(ended.success(), "{printed}");
 }
 
 #[test]
@@ -221,8 +221,8 @@ fn a_daemon_that_ends_lets_force_out_and_not_in() {
     // Whoever comes now can still stop it.
     let stopped: StateReply = daemon.client().request(Request::Stop {}).expect("it still serves");
     assert_eq!(stopped.state, RigState::Stopped);
-    let (ended, said) = daemon.end(Signal::TERM);
-    assert!(ended.success(), "{said}");
+    let (ended, printed) = daemon.end(Signal::TERM);
+    assert!(ended.success(), "{printed}");
 }
 
 #[test]
@@ -248,6 +248,6 @@ fn a_demo_whose_output_nobody_reads_goes_on_and_ends_in_order() {
     wait_for(&mut client, "2500 ticks", |status| status.tick > 2500);
     assert_eq!(status(&mut client).state, RigState::Engaged);
     let output = process::end(demo, Signal::INT);
-    let said = stderr(&output);
-    assert!(output.status.success() && !said.contains("panicked"), "{said}");
+    let message = stderr(&output);
+    assert!(output.status.success() && !message.contains("panicked"), "{message}");
 }

@@ -83,22 +83,22 @@ fn loss_is_journalled_even_after_reset_of_silent_device() {
             connections(status) > before && status.state == RigState::Idle
         });
         let entries = journal(&mut client).into_iter();
-        let told: Vec<_> = entries.filter(|entry| entry.op.ends_with("connected")).collect();
+        let connections: Vec<_> = entries.filter(|entry| entry.op.ends_with("connected")).collect();
         assert_eq!(
-            told.iter().map(|entry| &*entry.op).collect::<Vec<_>>(),
+            connections.iter().map(|entry| &*entry.op).collect::<Vec<_>>(),
             ["connected", "disconnected", "connected", "disconnected", "connected"]
         );
         // Only the second time was there a plug to look for.
         let is_without_samples = |at: usize| {
-            let message = told[at].message.as_deref();
+            let message = connections[at].message.as_deref();
             message.is_some_and(|message| message.ends_with(": no new sample came in time"))
         };
-        assert_eq!([1, 3].map(is_without_samples), [true, false], "{told:?}");
+        assert_eq!([1, 3].map(is_without_samples), [true, false], "{connections:?}");
     });
 }
 
 /// Stops a rig that has no device; the answer says both, and what comes after is not held up.
-fn stop_unheard(client: &mut Client) {
+fn stop_without_device(client: &mut Client) {
     let error = refused(client, Request::Stop {});
     assert_eq!(error.code, ErrorCode::NoDevice, "{error}");
     for part in ["the rig is stopped", "no device is connected", "cut its power"] {
@@ -108,7 +108,7 @@ fn stop_unheard(client: &mut Client) {
     let changed: ChangeReply = client
         .request(Request::set([("mass", 1.5)].into_iter().collect()))
         .expect("a scene may change");
-    // That the device is gone may be told later than it was found.
+    // The loss of the device may be reported later than it was found.
     let entries = journal(client);
     let by_clients: Vec<_> = entries.iter().filter(|entry| entry.by.is_some()).collect();
     let [.., stop, set] = by_clients[..] else {
@@ -128,7 +128,7 @@ fn rig_stopped_while_unplugged_returns_stopped() {
         let (mut rig, _daemon, mut client) = connected(&[], &[]);
         pull(&mut rig, &mut client);
         rig.fail("hang-up 3600");
-        stop_unheard(&mut client);
+        stop_without_device(&mut client);
         rig.fail("hang-up 0");
         let back = wait_for(&mut client, "samples", |status| {
             link(status).counts.connections == 2 && link(status).counts.samples > 500
@@ -169,15 +169,15 @@ fn a_rig_that_takes_too_few_commands_or_none_is_not_engaged() {
         // A command waits behind some twenty of 9 ms each.
         let (mut rig, daemon, mut client) = connected(&["--fault", "carry 2000"], &["--stale-ms", "100"]);
         engage_until(&mut client, Some(ErrorCode::CommandsLate));
-        let told = stderr(&daemon.ctl(&["engage"]));
+        let message = stderr(&daemon.ctl(&["engage"]));
         assert!(
-            told.contains("carries less than the loop sends") && told.contains("rate"),
-            "{told}"
+            message.contains("carries less than the loop sends") && message.contains("rate"),
+            "{message}"
         );
         rig.fail("carry 1000000");
         engage_until(&mut client, None);
         wait_for(&mut client, "an end of it", |status| status.state != RigState::Engaging);
-        let _: StateReply = client.request(Request::Stop {}).expect("heard");
+        let _: StateReply = client.request(Request::Stop {}).expect("a stop");
         let _: StateReply = client.request(Request::Reset {}).expect("confirmed");
         rig.fail("no-echo");
         engage_until(&mut client, Some(ErrorCode::CommandsIgnored));
@@ -191,9 +191,9 @@ fn a_daemon_that_ends_lets_the_force_down_itself() {
         let (mut rig, daemon, mut client) = connected(&[], &[]);
         pull(&mut rig, &mut client);
         drop(client);
-        let (ended, said) = daemon.end(rustix::process::Signal::TERM);
-        assert!(ended.success(), "{said}");
-        // The last word may still be on its way.
+        let (ended, printed) = daemon.end(rustix::process::Signal::TERM);
+        assert!(ended.success(), "{printed}");
+        // The last command may not have arrived yet.
         until("the force stays", || rig.force().now_n == 0.0);
         assert!(!rig.force().watchdog);
     });
@@ -211,7 +211,7 @@ fn repeated_unplugging_leaks_nothing_and_never_pulls() {
             let resident_kib = size_kib(daemon.pid(), "VmRSS").expect("it runs");
             (descriptors(daemon.pid()), resident_kib)
         };
-        // A machine that is held up may let the rig fault on its way, which is one more state to be unplugged in.
+        // A machine that is held up may let the rig fault before it engages, which is one more state to be unplugged in.
         let mut engaged = 0;
         let mut tries_to_engage = |client: &mut Client| {
             drop(client.request::<StateReply>(Request::engage()));
@@ -279,7 +279,7 @@ fn devices_are_listed_and_asked_who_they_are() {
     daemon.ctl_ok(&["devices"]);
     // The daemon's own is asked nothing that would disturb it.
     daemon.ctl_refused(&["devices", "--probe", &rig.address()], 1, "in use by this daemon");
-    // Another rig answers, one of another version is named, and what is not there is told apart
+    // Another rig answers, one of another version is named, and a missing one is distinguished
     // from both.
     let other = FakeRig::start(&["--force-limit-n", "7"]);
     let answer = daemon.ctl_ok(&["devices", "--probe", &other.address()]);

@@ -1,4 +1,4 @@
-//! What is told of a link: how well it works, what went wrong on it, and what the adviser makes of that.
+//! What is reported of a link: how well it works, what went wrong on it, and what the adviser makes of that.
 
 use haptic_ipc::{AdviceReply, Client, ErrorCode, LinkStatus, Request, RigState, Status};
 use system_tests::fake_rig::connected;
@@ -46,7 +46,7 @@ fn advice_accounts_for_rig_rate_and_link_delay() {
     let expected = 20.0 / ((sample_us + 2.0 * basis.delay_us) * 1e-6);
     assert!((bound / expected - 1.0).abs() < 1e-9, "{bound} for {basis:?}");
 
-    // A link that is later by 20 ms each way takes away as much as it is late.
+    // A link that is later by 20 ms in each direction takes away as much as it is late.
     rig.fail("delay 20");
     let late = advice_until(&mut client, |reply| {
         reply.basis.is_some_and(|basis| basis.delay_us > 35_000.0)
@@ -55,30 +55,30 @@ fn advice_accounts_for_rig_rate_and_link_delay() {
     println!("{bound:.0} N/m for {:?}", late.basis);
     assert!(bound < 20.0 / 0.085, "{bound} N/m");
 
-    let said = daemon.ctl_ok(&["advise"]);
+    let printed = daemon.ctl_ok(&["advise"]);
     assert!(
-        said.contains("a device at 60 Hz") && said.contains("ms from a sample to its force"),
-        "{said}"
+        printed.contains("a device at 60 Hz") && printed.contains("ms from a sample to its force"),
+        "{printed}"
     );
 }
 
 #[test]
-fn an_error_of_the_device_is_told_with_its_code_and_its_detail() {
+fn an_error_of_the_device_is_reported_with_code_and_detail() {
     let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&[], &STALE);
     // A message that the device did not understand is no fault, and is shown all the same.
     rig.fail("error 1 170");
-    let told = wait_for(&mut client, "the error", |status| link(status).last_error.is_some());
-    let error = link(&told).last_error.clone().expect("there is one");
+    let reported = wait_for(&mut client, "the error", |status| link(status).last_error.is_some());
+    let error = link(&reported).last_error.clone().expect("there is one");
     assert!(error.message.contains("code 1, detail 170 = 0xaa"), "{error:?}");
     assert!((0.0..PATIENCE.as_secs_f64()).contains(&error.age_s), "{error:?}");
-    assert_ne!(told.state, RigState::Faulted);
+    assert_ne!(reported.state, RigState::Faulted);
 
     rig.fail("error 3 4711");
-    let told = wait_for_state(&mut client, RigState::Faulted);
+    let reported = wait_for_state(&mut client, RigState::Faulted);
     let words = "the device reports: its motor or amplifier fails (code 3, detail 4711 = 0x1267)";
-    assert_eq!(told.fault.as_deref(), Some(words));
-    let error = link(&told).last_error.clone().expect("there is one");
+    assert_eq!(reported.fault.as_deref(), Some(words));
+    let error = link(&reported).last_error.clone().expect("there is one");
     assert!(error.message.contains("code 3, detail 4711"), "{error:?}");
     let entries = journal(&mut client);
     assert!(
@@ -86,14 +86,14 @@ fn an_error_of_the_device_is_told_with_its_code_and_its_detail() {
         "{entries:?}"
     );
     for arguments in [&["status"][..], &["log"]] {
-        let said = daemon.ctl_ok(arguments);
-        assert!(said.contains("detail 4711"), "{arguments:?}: {said}");
+        let printed = daemon.ctl_ok(arguments);
+        assert!(printed.contains("detail 4711"), "{arguments:?}: {printed}");
     }
 }
 
 // hazard: H3
 #[test]
-fn a_clock_that_lies_is_told_while_idle_and_refused() {
+fn a_clock_that_lies_is_reported_while_idle_and_refused() {
     let _one = crate::one_of_two();
     for lie in [
         "clock-half",
@@ -104,20 +104,20 @@ fn a_clock_that_lies_is_told_while_idle_and_refused() {
     ] {
         let (mut rig, _daemon, mut client) = connected(&[], &STALE);
         rig.fail(lie);
-        let told = wait_for(&mut client, "the clock", |status| {
+        let reported = wait_for(&mut client, "the clock", |status| {
             let refused = &status.device.engage_refused;
             refused
                 .iter()
                 .any(|problem| problem.what.contains("time cannot be right"))
         });
-        assert_eq!(told.state, RigState::Idle, "{lie}");
+        assert_eq!(reported.state, RigState::Idle, "{lie}");
         let error = refused(&mut client, Request::engage());
         assert_eq!(error.code, ErrorCode::DeviceClock, "{lie}: {error}");
     }
 }
 
 #[test]
-fn silent_rig_is_told_apart_from_missing_one() {
+fn silent_rig_is_distinguished_from_missing_one() {
     let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[], &STALE);
     let says = |client: &mut Client, what: &str| {

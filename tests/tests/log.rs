@@ -58,27 +58,27 @@ fn journal_and_stderr_word_faults_disconnects_and_stops_alike() {
     assert_eq!(
         count(&entries, "connected"),
         count(&entries, "disconnected") + 1,
-        "each loss and each return is told once: {ops:?}"
+        "each loss and each return is reported once: {ops:?}"
     );
     let connected = entries.iter().find(|entry| entry.op == "connected").expect("it is");
-    let said = connected.message.as_deref().unwrap_or_default();
+    let message = connected.message.as_deref().unwrap_or_default();
     assert!(
-        said.contains("serial line") && said.contains("fake-rig "),
+        message.contains("serial line") && message.contains("fake-rig "),
         "{connected:?}"
     );
     let shown = daemon.ctl_ok(&["log", "-n", "2000"]);
-    let (ended, said) = daemon.end(Signal::TERM);
-    assert!(ended.success(), "{said}");
+    let (ended, printed) = daemon.end(Signal::TERM);
+    assert!(ended.success(), "{printed}");
     for entry in &entries {
         let line = format!("hapticd: {entry}\n");
-        assert!(said.contains(&line), "standard error lacks {line}{said}");
+        assert!(printed.contains(&line), "standard error lacks {line}{printed}");
         assert!(
             shown.contains(&entry.to_string()),
             "haptic-ctl log lacks {entry}: {shown}"
         );
     }
     let stop = entries.iter().find(|entry| entry.op == "stop").expect("it is");
-    assert!(stop.by.is_some() && said.contains("-> stopped"), "{said}");
+    assert!(stop.by.is_some() && printed.contains("-> stopped"), "{printed}");
 }
 
 #[test]
@@ -92,6 +92,6 @@ fn a_thousand_changes_of_the_scene_are_in_the_journal_alone() {
     }
     assert_eq!(count(&log(&daemon), "set"), 100);
     assert_eq!(status(&mut client).state, RigState::Idle);
-    let (ended, said) = daemon.end(Signal::TERM);
-    assert!(ended.success() && !said.contains("set  "), "{said}");
+    let (ended, printed) = daemon.end(Signal::TERM);
+    assert!(ended.success() && !printed.contains("set  "), "{printed}");
 }

@@ -34,8 +34,8 @@ fn every_tick_of_real_motion_reaches_subscriber() {
     let mut subscriber = daemon.client();
     subscribe(&mut subscriber, &[Topic::Samples]);
     // What waits for a reader is dropped after a while, and a change may take longer on a busy machine.
-    let (heard, events) = mpsc::channel();
-    std::thread::spawn(move || while heard.send(subscriber.next_event().expect("the daemon goes on")).is_ok() {});
+    let (queue, events) = mpsc::channel();
+    std::thread::spawn(move || while queue.send(subscriber.next_event().expect("the daemon goes on")).is_ok() {});
     let mut tuner = daemon.client();
     let _: StateReply = tuner.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut tuner, RigState::Engaged);

@@ -21,14 +21,14 @@ fn run(script: &str, arguments: &[&OsStr], need: &str, most_of: usize) {
         .stdin(Stdio::null())
         .output()
         .expect("bash runs");
-    let said = String::from_utf8_lossy(&ran.stdout);
-    println!("{said}{}", stderr(&ran));
+    let printed = String::from_utf8_lossy(&ran.stdout);
+    println!("{printed}{}", stderr(&ran));
     if ran.status.code() == Some(SKIPPED) {
-        let why = said.lines().rev().find(|line| line.starts_with("SKIPPED"));
+        let why = printed.lines().rev().find(|line| line.starts_with("SKIPPED"));
         return test_run::skip(need, why.unwrap_or_default());
     }
     assert!(ran.status.success(), "{}", ran.status);
-    let passed = said.lines().filter(|line| line.starts_with("PASS ")).count();
+    let passed = printed.lines().filter(|line| line.starts_with("PASS ")).count();
     assert!(passed > most_of, "only {passed} checks were made");
 }
 

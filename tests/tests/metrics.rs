@@ -25,8 +25,8 @@ fn daemon(more: &[&str]) -> (Daemon, SocketAddr) {
 
 /// Where a daemon says that it serves its metrics.
 fn address_of(daemon: &Daemon) -> SocketAddr {
-    let said = daemon.said().iter().find_map(|line| line.split_once("http://"));
-    let (_, place) = said.unwrap_or_else(|| panic!("no address: {:?}", daemon.said()));
+    let printed = daemon.printed().iter().find_map(|line| line.split_once("http://"));
+    let (_, place) = printed.unwrap_or_else(|| panic!("no address: {:?}", daemon.printed()));
     let (address, _) = place.split_once('/').expect("a path");
     address.parse().expect("an address")
 }
@@ -126,7 +126,7 @@ fn bad_metrics_requests_are_refused_and_block_nothing() {
         .map(|_| TcpStream::connect(address).expect("it serves"))
         .collect();
     let mut client = daemon.client();
-    let _: StateReply = client.request(Request::Stop {}).expect("a stop is heard meanwhile");
+    let _: StateReply = client.request(Request::Stop {}).expect("a stop is obeyed meanwhile");
     for mut stream in silent {
         stream.set_read_timeout(Some(PATIENCE)).expect("a socket");
         // Its end, or a reset, but no wait without end.
@@ -197,9 +197,9 @@ fn check(mut program: Command, arguments: &[&str], text: &str) -> String {
         .write_all(text.as_bytes())
         .expect("it reads");
     let output = child.wait_with_output().expect("it ends");
-    let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
-    assert!(output.status.success(), "{said}");
-    said
+    let printed = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
+    assert!(output.status.success(), "{printed}");
+    printed
 }
 
 /// Every query of the dashboard.
@@ -298,12 +298,12 @@ impl Prometheus {
             .replace("/etc/prometheus", directory.path().to_str().expect("a plain path"))
             .replace("15s", "1s");
         fs::write(&configuration, text).expect("written");
-        let said = check(
+        let printed = check(
             Command::new("promtool"),
             &["check", "config", configuration.to_str().expect("a plain path")],
             "",
         );
-        assert!(said.contains("SUCCESS") && !said.contains("WARNING"), "{said}");
+        assert!(printed.contains("SUCCESS") && !printed.contains("WARNING"), "{printed}");
         // A port that was free a moment ago.
         let free = TcpListener::bind("127.0.0.1:0").expect("a port");
         let address = free.local_addr().expect("it is bound");

@@ -196,10 +196,10 @@ fn what_cannot_be_read_is_refused_with_the_place_and_what_to_do() {
             ["not a recording", "haptic-ctl identify"],
         ),
     ] {
-        let said = ctl_offline_refused(&arguments, 2, &parts);
+        let message = ctl_offline_refused(&arguments, 2, &parts);
         assert!(
-            !said.contains("repair"),
-            "{arguments:?}: nothing of it can be repaired: {said}"
+            !message.contains("repair"),
+            "{arguments:?}: nothing of it can be repaired: {message}"
         );
     }
     assert!(!Path::new(&out).exists());
@@ -216,7 +216,7 @@ fn what_cannot_be_read_is_refused_with_the_place_and_what_to_do() {
             "line 20: the time 0.01 s is wrong between its neighbours",
         ),
     ] {
-        let told = text(&ctl(Path::new("/nonexistent"), &["identify", &base.put(name, table)]).stdout);
-        assert!(told.contains(part), "{told} lacks {part}");
+        let printed = text(&ctl(Path::new("/nonexistent"), &["identify", &base.put(name, table)]).stdout);
+        assert!(printed.contains(part), "{printed} lacks {part}");
     }
 }

@@ -69,8 +69,8 @@ fn bad_scene_files_are_refused_at_once() {
     println!("{} refusals and a list took {took:?} and {grown} KiB", TRAPS.len());
     assert!(took < Duration::from_secs(10), "{took:?}");
     assert!(grown < 32 << 10, "{grown} KiB");
-    let (ended, said) = daemon.end(Signal::TERM);
-    assert!(ended.success(), "{said}");
+    let (ended, printed) = daemon.end(Signal::TERM);
+    assert!(ended.success(), "{printed}");
 }
 
 // hazard: H14
@@ -96,7 +96,7 @@ fn stalled_disk_delays_neither_stop_nor_shutdown() {
     let stopped: StateReply = client.request(Request::Stop {}).expect("a stop");
     let stop_took = asked.elapsed();
     assert_eq!(stopped.state, RigState::Stopped);
-    // Each is told that the disk does not answer, which also shows that it did not.
+    // Each answer reports that the disk does not respond, which also shows that it did not.
     for raw in &mut waiting {
         let answer = raw.line();
         assert_eq!(answer["error"]["code"], "scene_file", "{answer}");
@@ -110,10 +110,10 @@ fn stalled_disk_delays_neither_stop_nor_shutdown() {
     let _: StateReply = client.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
     let asked = Instant::now();
-    let (ended, said) = daemon.end(Signal::TERM);
+    let (ended, printed) = daemon.end(Signal::TERM);
     let end_took = asked.elapsed();
     println!("with the disk stalled: stop confirmed after {stop_took:?}, ended after {end_took:?}");
-    assert!(ended.success(), "{said}");
+    assert!(ended.success(), "{printed}");
     assert!(stop_took < Duration::from_secs(2), "{stop_took:?}");
     assert!(end_took < Duration::from_secs(5), "{end_took:?}");
 }

@@ -69,9 +69,12 @@ fn package_installs_in_one_command_and_first_client_starts_rig() {
     println!("systemctl status: {words}");
     // Its directory is closed to others now, and they learn whose it is.
     let closed = haptic_ctl(&machine, "bob", &["status"]);
-    let said = stderr(&closed);
-    assert_eq!(closed.status.code(), Some(4), "{said}");
-    assert!(said.contains("usermod -aG haptic $USER`, then log in again"), "{said}");
+    let message = stderr(&closed);
+    assert_eq!(closed.status.code(), Some(4), "{message}");
+    assert!(
+        message.contains("usermod -aG haptic $USER`, then log in again"),
+        "{message}"
+    );
     // The socket is the manager's, and outlives the daemon.
     machine.run_ok(&["systemctl", "stop", "hapticd.service"]);
     let idle = ["wait", "--until", "state=idle", "--timeout", "30s"];
@@ -92,10 +95,10 @@ fn client_learns_of_failed_start_and_does_not_repeat_it() {
         "{asked:?} {}",
         machine.journal()
     );
-    let said = stderr(&asked);
+    let message = stderr(&asked);
     assert!(
-        asked.status.code() == Some(5) || said.contains("`journalctl -u hapticd`"),
-        "{said}"
+        asked.status.code() == Some(5) || message.contains("`journalctl -u hapticd`"),
+        "{message}"
     );
     machine.eventually("the end of it", || {
         (state_of(&machine, "hapticd.service") == "failed").then_some(())
@@ -218,8 +221,8 @@ fn lintian_finds_no_error() {
         .args(built)
         .output();
     let output = output.expect("it was asked for its version");
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{said}");
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{printed}");
 }
 
 #[test]
@@ -239,10 +242,10 @@ fn apt_finds_all_that_the_packages_need() {
         .args(built)
         .output()
         .expect("it is there as apt-cache is");
-    let said = String::from_utf8_lossy(&simulated.stdout);
+    let printed = String::from_utf8_lossy(&simulated.stdout);
     assert!(simulated.status.success(), "{simulated:?}");
     for package in ["hapticd", "haptic-gui"] {
-        assert!(said.contains(&format!("Inst {package} ")), "{said}");
+        assert!(printed.contains(&format!("Inst {package} ")), "{printed}");
     }
 }
 
@@ -387,10 +390,10 @@ fn a_rig_that_is_plugged_in_is_known_by_its_configuration() {
             .output()
             .expect("there is a shell");
         assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
-        let said = String::from_utf8(output.stdout).expect("text");
-        let (configured, rig) = said.split_once('\n').unwrap_or_default();
-        assert!(said.is_empty() || configured == "HAPTICD_CONFIGURED=1", "{said}");
-        (!said.is_empty()).then(|| rig.trim_end().to_owned())
+        let printed = String::from_utf8(output.stdout).expect("text");
+        let (configured, rig) = printed.split_once('\n').unwrap_or_default();
+        assert!(printed.is_empty() || configured == "HAPTICD_CONFIGURED=1", "{printed}");
+        (!printed.is_empty()).then(|| rig.trim_end().to_owned())
     };
     let no_identity = ["", "", ""];
     for (links, identity, expected) in [

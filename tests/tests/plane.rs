@@ -39,8 +39,8 @@ fn rows_where(daemon: &Daemon, what: &str, holds: impl Fn(&Sample, &SampleY) -> 
 fn circle_on_the_gantry_feels_friction_against_its_motion() {
     let daemon = Daemon::start_on("fake", &["--kinematics", "xy", "--hand", "circle"]);
     let mut client = daemon.client();
-    let told = status(&mut client).device;
-    assert_eq!((told.axes, told.kinematics.as_deref()), (2, Some("xy")));
+    let device = status(&mut client).device;
+    assert_eq!((device.axes, device.kinematics.as_deref()), (2, Some("xy")));
     engage(&mut client);
     let (row, y) = rows_where(&daemon, "a slide", |row, y| {
         let speed = row.device_velocity_mps.hypot(y.device_velocity_mps);
@@ -81,13 +81,13 @@ fn what_a_rig_of_two_axes_has_not_is_refused_by_name() {
 }
 
 /// Waits until a daemon with some options says this of a rig behind a serial line.
-fn is_said_of_the_device(rig: &[&str], daemon: &[&str], what: &str) {
+fn wait_for_refusal(rig: &[&str], daemon: &[&str], what: &str) {
     let rig = FakeRig::start(rig);
     let daemon = Daemon::start_strictly_on(&rig.address(), daemon);
     let mut client = daemon.client();
     wait_for(&mut client, what, |status| {
         let waiting = status.device.link.as_ref().and_then(|link| link.waiting.as_deref());
-        waiting.is_some_and(|said| said.contains(what))
+        waiting.is_some_and(|reason| reason.contains(what))
     });
 }
 
@@ -138,8 +138,8 @@ fn condition_on_a_second_axis_is_refused_on_one() {
 #[test]
 fn device_of_other_axes_than_the_options_name_is_refused() {
     let two = ["--kinematics", "xy"];
-    is_said_of_the_device(&[], &two, "the device has one axis: leave --kinematics out");
-    is_said_of_the_device(&two, &[], "the device has two axes: say how they move the hand");
+    wait_for_refusal(&[], &two, "the device has one axis: leave --kinematics out");
+    wait_for_refusal(&two, &[], "the device has two axes: say how they move the hand");
 }
 
 /// A five-bar linkage whose hand rests in the home pose, and the file of its kinematics.
@@ -286,7 +286,7 @@ fn wired_wrongly() {
             let place = |status: &Status| (status.device_position_m, status.device_position_y_m.unwrap_or_default());
             let (home_x_m, home_y_m) = place(&status(&mut client));
             rig.fail("hand-rests off");
-            wait_for(&mut client, "the hand on its way", |status| {
+            wait_for(&mut client, "the hand away from home", |status| {
                 let (x_m, y_m) = place(status);
                 (x_m - home_x_m).hypot(y_m - home_y_m) > 1e-3
             });

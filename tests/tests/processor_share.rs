@@ -14,7 +14,7 @@ fn processor() -> String {
     first
 }
 
-fn is_told(status: &Status) -> bool {
+fn reports_sharing(status: &Status) -> bool {
     status
         .real_time
         .problems
@@ -38,12 +38,12 @@ fn two_daemons_on_one_processor_say_so_while_both_are_there() {
         return;
     }
     // Another test's daemon may be about to end.
-    wait_for(&mut client, "a processor of its own", |status| !is_told(status));
+    wait_for(&mut client, "a processor of its own", |status| !reports_sharing(status));
 
     let second = Daemon::start(&["--cpu", &cpu]);
     // The first learns it from its own status, though it began alone.
-    wait_for(&mut client, "the second daemon", is_told);
-    wait_for(&mut second.client(), "the first daemon", is_told);
+    wait_for(&mut client, "the second daemon", reports_sharing);
+    wait_for(&mut second.client(), "the first daemon", reports_sharing);
     for daemon in [&first, &second] {
         let doctor = daemon.ctl(&["doctor"]);
         let found = text(&doctor.stdout);
@@ -58,11 +58,13 @@ fn two_daemons_on_one_processor_say_so_while_both_are_there() {
     );
 
     // However it ends, its share goes with it.
-    let (ended, said) = second.end(Signal::KILL);
+    let (ended, printed) = second.end(Signal::KILL);
     assert!(!ended.success());
     assert!(
-        said.contains(&format!("on processor {cpu} too")),
-        "it says so as it starts: {said}"
+        printed.contains(&format!("on processor {cpu} too")),
+        "it says so as it starts: {printed}"
     );
-    wait_for(&mut client, "a processor of its own again", |status| !is_told(status));
+    wait_for(&mut client, "a processor of its own again", |status| {
+        !reports_sharing(status)
+    });
 }

@@ -66,9 +66,9 @@ fn recordings_are_collected_by_rig_and_date_never_replaced() {
     is_refused("left", &refused, 2, &["nothing of a set is replaced"]);
     is_refused("twice", &collect(&[plain(&new), plain(&new)]), 2, &[]);
     assert_eq!(files(&set), names);
-    let said = collect(&["--json", plain(&new)]);
-    let said: Vec<serde_json::Value> = serde_json::from_slice(&said.stdout).expect("a list");
-    assert_eq!(said[0]["rows"], before.rows.len());
+    let listed = collect(&["--json", plain(&new)]);
+    let listed: Vec<serde_json::Value> = serde_json::from_slice(&listed.stdout).expect("a list");
+    assert_eq!(listed[0]["rows"], before.rows.len());
     assert_eq!(
         files(&set).iter().filter(|name| name.starts_with("rig=fake")).count(),
         1,

@@ -85,7 +85,7 @@ fn release_is_prepared_in_clone_and_refused_if_incomplete() {
     let cut = fs::read_to_string(source.join("CHANGELOG.md")).expect("a changelog");
     assert!(cut.contains(&format!("## Unreleased\n\n## {VERSION}, 20")), "{cut}");
     for manifest in ["Cargo.toml", "python/core/Cargo.toml"] {
-        let told = ok(
+        let metadata = ok(
             "cargo",
             &[
                 "metadata",
@@ -98,8 +98,8 @@ fn release_is_prepared_in_clone_and_refused_if_incomplete() {
             ],
             &source,
         );
-        let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
-        for package in told["packages"].as_array().expect("packages") {
+        let metadata: serde_json::Value = serde_json::from_str(&metadata).expect("JSON");
+        for package in metadata["packages"].as_array().expect("packages") {
             assert_eq!(package["version"], VERSION, "{}", package["name"]);
         }
     }
@@ -114,8 +114,8 @@ fn release_is_prepared_in_clone_and_refused_if_incomplete() {
     assert!(refused(&source, &[VERSION]).contains(&twice));
 
     let licences = ok("packaging/licences.py", &["Cargo.toml"], &source);
-    for told in ["\nserialport ", "Mozilla Public License, v. 2.0", "\ntokio "] {
-        assert!(licences.contains(told), "{told}");
+    for part in ["\nserialport ", "Mozilla Public License, v. 2.0", "\ntokio "] {
+        assert!(licences.contains(part), "{part}");
     }
     assert!(
         !licences.contains("\nvt100 "),

@@ -123,15 +123,15 @@ fn limit_change_under_hand_makes_no_step_and_replays_exactly() {
 }
 
 #[test]
-fn a_wrong_file_changes_nothing_and_is_told_in_one_line() {
+fn a_wrong_file_changes_nothing_and_is_reported_in_one_line() {
     let rig = Reloaded::start("force-limit-n = 12\n");
     let mut client = rig.daemon.client();
     pull(&mut client);
     let wrong = "force-limit-n = 3\n\nspeed-limit-mps = 1000\nstale-ms = 40\n";
     rig.write(wrong);
-    let said = rig.daemon.ctl_refused(&["reload", "--json"], 1, "");
-    let said: serde_json::Value = serde_json::from_str(&said).expect("an error");
-    let error: WireError = serde_json::from_value(said["error"].clone()).expect("an error of the daemon");
+    let answer = rig.daemon.ctl_refused(&["reload", "--json"], 1, "");
+    let answer: serde_json::Value = serde_json::from_str(&answer).expect("an error");
+    let error: WireError = serde_json::from_value(answer["error"].clone()).expect("an error of the daemon");
     let expected = format!(
         "{}: line 3: speed-limit-mps = 1000 m/s is out of range: it must be from 0.01 to 100 m/s",
         rig.file.display()
@@ -144,7 +144,7 @@ fn a_wrong_file_changes_nothing_and_is_told_in_one_line() {
     unharmed(&mut client);
 
     rig.hang_up();
-    until("the signal is not heard", || {
+    until("the signal has no effect", || {
         entries(&mut client, "reload_refused").len() >= 2
     });
     unharmed(&mut client);
@@ -170,10 +170,10 @@ fn a_wrong_file_changes_nothing_and_is_told_in_one_line() {
     );
     limited(&mut client, 3.0);
     assert_eq!(status(&mut client).device.speed_limit_mps, 2.0);
-    let (ended, said) = rig.daemon.end(Signal::TERM);
-    assert!(ended.success(), "{said}");
-    let lines = said.lines().filter(|line| line.contains(&expected));
-    assert_eq!(lines.count(), 2, "{said}");
+    let (ended, printed) = rig.daemon.end(Signal::TERM);
+    assert!(ended.success(), "{printed}");
+    let lines = printed.lines().filter(|line| line.contains(&expected));
+    assert_eq!(lines.count(), 2, "{printed}");
 }
 
 #[test]
@@ -228,8 +228,8 @@ fn signal_flood_delays_nobody_and_ends_with_newest_file() {
         status.device.force_limit_n == 13.0
     });
     assert_eq!(status(&mut client).state, RigState::Engaged);
-    let (ended, said) = rig.daemon.end(Signal::TERM);
-    assert!(ended.success(), "{said}");
+    let (ended, printed) = rig.daemon.end(Signal::TERM);
+    assert!(ended.success(), "{printed}");
 }
 
 #[test]

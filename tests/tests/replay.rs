@@ -26,9 +26,9 @@ fn ctl(file: &Path, arguments: &[&str]) -> Output {
 /// What `haptic-ctl replay` says of a file, and its exit code.
 fn ctl_json(file: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
     let output = ctl(file, &[arguments, &["--json"]].concat());
-    let said = serde_json::from_slice(&output.stdout);
+    let report = serde_json::from_slice(&output.stdout);
     (
-        said.unwrap_or_else(|error| panic!("{error}: {}", stderr(&output))),
+        report.unwrap_or_else(|error| panic!("{error}: {}", stderr(&output))),
         output.status.code(),
     )
 }
@@ -133,9 +133,12 @@ fn a_recording_gives_its_forces_again_to_the_last_bit() {
     assert_eq!((report.differing, &report.first_differing), (0, &None));
     assert_eq!((report.not_compared, report.uncompared.len()), (0, 0), "{report:?}");
     assert_eq!(report.with_force, live);
-    let (said, code) = ctl_json(&file, &[]);
-    assert_eq!((&said["ticks"], &said["differing"]), (&report.ticks.into(), &0.into()));
-    assert_eq!((&said["first_differing"], code), (&Value::Null, Some(0)));
+    let (printed, code) = ctl_json(&file, &[]);
+    assert_eq!(
+        (&printed["ticks"], &printed["differing"]),
+        (&report.ticks.into(), &0.into())
+    );
+    assert_eq!((&printed["first_differing"], code), (&Value::Null, Some(0)));
     println!("{} ticks, {live} of them with force, are the same", report.compared());
 }
 
@@ -175,23 +178,23 @@ fn rig_behind_link_replays_its_forces_after_device_swap() {
     drop(daemon.ctl(&["engage", "--wait"]));
     wait_for_more_rows(&file, 300);
     assert!(end(recorder, Signal::INT).status.success());
-    let (said, _) = ctl_json(&file, &[]);
+    let (printed, _) = ctl_json(&file, &[]);
     assert_eq!(
-        (&said["differing"], &said["first_differing"]),
+        (&printed["differing"], &printed["first_differing"]),
         (&0.into(), &Value::Null),
-        "{said}"
+        "{printed}"
     );
     let recording = haptic_recording::read(&file).expect("a recording");
     let newest = recording.marks.iter().rev().find_map(|(_, mark)| match mark {
         Mark::Servo { servo, .. } => Some(servo),
         _ => None,
     });
-    let newest = newest.expect("another device was told of");
+    let newest = newest.expect("another device was recorded");
     assert_eq!(
         (newest.device_resolution_m, newest.device_force_limit_n),
         (5e-5, Some(7.0))
     );
-    println!("{said}");
+    println!("{printed}");
 }
 
 #[test]
@@ -208,16 +211,16 @@ fn a_recording_of_an_earlier_build_gives_its_forces_again() {
     std::fs::write(&without, kept.join("\n") + "\n").expect("it is written");
     let files = fixtures().into_iter().map(|file| (file, 0)).chain([(without, 300)]);
     for (file, most) in files {
-        let (said, code) = ctl_json(&file, &[]);
+        let (printed, code) = ctl_json(&file, &[]);
         assert_eq!(
-            (&said["differing"], code),
+            (&printed["differing"], code),
             (&0.into(), Some(0)),
-            "{}: {said}",
+            "{}: {printed}",
             file.display()
         );
-        assert_eq!(said["ticks"], 2300, "{said}");
-        assert!(said["not_compared"].as_u64() <= Some(most), "{said}");
-        assert!(said["with_force"].as_u64() > Some(1500), "{said}");
+        assert_eq!(printed["ticks"], 2300, "{printed}");
+        assert!(printed["not_compared"].as_u64() <= Some(most), "{printed}");
+        assert!(printed["with_force"].as_u64() > Some(1500), "{printed}");
     }
 }
 
@@ -251,9 +254,9 @@ fn the_first_tick_that_differs_is_named_and_the_exit_code_is_1() {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("damaged.csv");
     let tick = damaged(&file, 700, "command_force_N", "1.5");
-    let (said, code) = ctl_json(&file, &[]);
-    assert_eq!((&said["differing"], code), (&1.into(), Some(1)), "{said}");
-    let first = &said["first_differing"];
+    let (printed, code) = ctl_json(&file, &[]);
+    assert_eq!((&printed["differing"], code), (&1.into(), Some(1)), "{printed}");
+    let first = &printed["first_differing"];
     assert_eq!(
         (&first["tick"], &first["column"]),
         (&tick.into(), &"command_force_N".into())
@@ -265,6 +268,6 @@ fn the_first_tick_that_differs_is_named_and_the_exit_code_is_1() {
             .is_some_and(|text| text.contains("revision 3 (karnopp)")),
         "{first}"
     );
-    let said = text(&ctl(&file, &[]).stdout);
-    assert!(said.contains(&format!("first at tick {tick}")), "{said}");
+    let printed = text(&ctl(&file, &[]).stdout);
+    assert!(printed.contains(&format!("first at tick {tick}")), "{printed}");
 }

@@ -63,7 +63,7 @@ fn refused_for(client: &mut Client, part: &str) -> Status {
 fn what_was_identified_is_used_and_an_option_overrides_it() {
     let directory = tempfile::tempdir().expect("a directory");
     let (without, mut client) = daemon(directory.path(), &[]);
-    let friction = status(&mut client).device.rig_friction.expect("it is told");
+    let friction = status(&mut client).device.rig_friction.expect("it is reported");
     assert_eq!(
         (friction.friction_n, friction.friction_from),
         (0.8, LossSource::Default)
@@ -73,7 +73,7 @@ fn what_was_identified_is_used_and_an_option_overrides_it() {
     drop(without);
     identified(directory.path(), "fake", "any", FRICTION);
     let (with, mut client) = daemon(directory.path(), &[]);
-    let friction = known(&mut client).device.rig_friction.expect("it is told");
+    let friction = known(&mut client).device.rig_friction.expect("it is reported");
     assert_eq!(
         (friction.friction_n, friction.friction_from),
         (0.7, LossSource::Identified)
@@ -89,17 +89,17 @@ fn what_was_identified_is_used_and_an_option_overrides_it() {
         .basis
         .expect("a basis");
     assert_eq!((basis.friction_n, basis.friction_from), (0.7, LossSource::Identified));
-    let told = with.ctl_ok(&["status"]);
+    let printed = with.ctl_ok(&["status"]);
     assert!(
-        told.contains("0.700 N (identified), 0.500 N s/m (identified)"),
-        "{told}"
+        printed.contains("0.700 N (identified), 0.500 N s/m (identified)"),
+        "{printed}"
     );
-    let told = with.ctl_ok(&["advise"]);
-    assert!(told.contains("0.7 N (identified)"), "{told}");
+    let printed = with.ctl_ok(&["advise"]);
+    assert!(printed.contains("0.7 N (identified)"), "{printed}");
 
     drop(with);
     let (_option, mut client) = daemon(directory.path(), &["--rig-friction-n", "0.3"]);
-    let friction = known(&mut client).device.rig_friction.expect("it is told");
+    let friction = known(&mut client).device.rig_friction.expect("it is reported");
     assert_eq!((friction.friction_n, friction.friction_from), (0.3, LossSource::Option));
     assert_eq!(
         (friction.damping_ns_per_m, friction.damping_from),
@@ -145,7 +145,7 @@ fn excessive_or_unidentified_compensation_share_is_refused() {
 }
 
 #[test]
-fn the_share_is_felt_told_and_recorded() {
+fn the_share_is_felt_shown_and_recorded() {
     let directory = tempfile::tempdir().expect("a directory");
     identified(
         directory.path(),
@@ -154,10 +154,10 @@ fn the_share_is_felt_told_and_recorded() {
         "mass_kg = 1.4\ndynamic_force_N = 0.8\nviscous_Ns_per_m = 0",
     );
     let (daemon, mut client) = daemon(directory.path(), &["--compensate", "0.5"]);
-    let friction = known(&mut client).device.rig_friction.expect("it is told");
+    let friction = known(&mut client).device.rig_friction.expect("it is reported");
     assert_eq!(friction.compensated_share, Some(0.5));
-    let told = daemon.ctl_ok(&["status"]);
-    assert!(told.contains("0.5 of it compensated"), "{told}");
+    let printed = daemon.ctl_ok(&["status"]);
+    assert!(printed.contains("0.5 of it compensated"), "{printed}");
     let basis = client
         .request::<AdviceReply>(Request::Advise {})
         .expect("advice")

@@ -76,11 +76,11 @@ struct Moment {
     due_ns: i64,
 }
 
-/// A client that hears of every tick and keeps account.
+/// A client that receives every tick and keeps account.
 struct Witness {
     client: Client,
     due_ns: BTreeMap<u64, i64>,
-    heard: u64,
+    received: u64,
     dropped: u64,
 }
 
@@ -92,7 +92,7 @@ impl Witness {
         Self {
             client,
             due_ns: BTreeMap::new(),
-            heard: 0,
+            received: 0,
             dropped: 0,
         }
     }
@@ -101,13 +101,13 @@ impl Witness {
         if let Event::Samples(samples) = self.client.next_event().expect("the daemon serves") {
             self.dropped += samples.dropped;
             for row in &samples.rows {
-                self.heard += 1;
+                self.received += 1;
                 let began_ns = (row.t_s * 1e9).round() as i64;
                 let late_ns = i64::try_from(row.wake_latency_ns).expect("less than centuries");
                 assert_eq!(
                     self.due_ns.insert(row.tick, began_ns - late_ns),
                     None,
-                    "a tick heard twice"
+                    "a tick received twice"
                 );
             }
         }
@@ -133,15 +133,15 @@ impl Witness {
         }
     }
 
-    fn check_every_tick_is_heard_or_counted(&self) {
+    fn check_every_tick_is_received_or_counted(&self) {
         let (first, last) = (self.due_ns.first_key_value(), self.due_ns.last_key_value());
         let (Some((first, _)), Some((last, _))) = (first, last) else {
-            panic!("nothing was heard");
+            panic!("nothing was received");
         };
         assert_eq!(
-            self.heard + self.dropped,
+            self.received + self.dropped,
             last - first + 1,
-            "heard and dropped are the ticks"
+            "received and dropped are the ticks"
         );
     }
 }
@@ -305,6 +305,6 @@ fn loop_sleeps_once_a_tick_and_accounts_for_every_period() {
                 test_run::skip("locked memory", "CAP_IPC_LOCK; page faults were not checked");
             }
         });
-        witness.check_every_tick_is_heard_or_counted();
+        witness.check_every_tick_is_received_or_counted();
     }
 }

@@ -81,9 +81,9 @@ fn a_stop_is_confirmed_by_the_device_and_timed() {
         assert_eq!(
             (stopped.state, rig.force().now_n),
             (RigState::Stopped, 0.0),
-            "it is off when that is said"
+            "it is off when that is reported"
         );
-        // A device that hears nothing any more cannot confirm.
+        // A device that receives nothing any more cannot confirm.
         let _: StateReply = client.request(Request::Reset {}).expect("a reset");
         pull(&mut rig, &mut client);
         rig.fail("no-echo");
@@ -135,16 +135,16 @@ fn the_rigs_own_buttons_stop_it() {
         assert!(fault.starts_with("stop_button"), "{fault}");
         wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
         rig.fail("button 1 off");
-        let told = daemon.ctl_ok(&["log"]);
-        assert!(told.contains("stop_button"), "{told}");
-        assert!(told.contains("the rig's enable button was released"), "{told}");
+        let printed = daemon.ctl_ok(&["log"]);
+        assert!(printed.contains("stop_button"), "{printed}");
+        assert!(printed.contains("the rig's enable button was released"), "{printed}");
         let _: StateReply = client.request(Request::Reset {}).expect("a reset");
         pull(&mut rig, &mut client);
     });
 }
 
 #[test]
-fn a_devices_own_force_limit_is_said_to_be_the_devices() {
+fn a_devices_own_force_limit_is_named_as_the_devices() {
     let _one = crate::one_of_two();
     let (_rig, _daemon, mut client) = connected(&["--force-limit-n", "1"], &[]);
     let device = status(&mut client).device;

@@ -109,7 +109,7 @@ fn stop_or_client_end_cancels_schedule_but_release_does_not() {
             .rfind(|entry| entry.op == "schedule_cancelled")
             .expect("the journal says so");
         assert!(
-            newest.message.as_ref().is_some_and(|said| said.contains(why)),
+            newest.message.as_ref().is_some_and(|text| text.contains(why)),
             "{newest}"
         );
     };
@@ -123,7 +123,7 @@ fn stop_or_client_end_cancels_schedule_but_release_does_not() {
     cancelled(&mut watcher, "fallen silent");
     drop(silent);
 
-    // A release leaves it, as does the end of a client that said so.
+    // A release leaves it, as does the end of a client that asked for that.
     let mut keeper = scheduled(true);
     engage(&mut keeper);
     let _: StateReply = keeper.request(Request::Release {}).expect("it is engaged");

@@ -33,18 +33,18 @@ impl Manager {
         }
     }
 
-    fn hear(&self) -> Vec<String> {
+    fn receive(&self) -> Vec<String> {
         let mut bytes = [0; 4096];
         let length = self.socket.recv(&mut bytes).expect("the daemon says something");
         let message = std::str::from_utf8(&bytes[..length]).expect("text");
         message.lines().map(str::to_owned).collect()
     }
 
-    fn hear_until(&self, line: &str) {
+    fn receive_until(&self, line: &str) {
         let began = Instant::now();
         loop {
-            let message = self.hear();
-            if message.iter().any(|said| said.starts_with(line)) {
+            let message = self.receive();
+            if message.iter().any(|text| text.starts_with(line)) {
                 return;
             }
             assert!(began.elapsed() < PATIENCE, "waited in vain for {line}: {message:?}");
@@ -58,13 +58,13 @@ const FED: &str = "WATCHDOG=1";
 fn it_says_that_it_is_ready_that_it_goes_on_and_that_it_ends() {
     let watchdog = Duration::from_millis(400);
     let manager = Manager::start(watchdog);
-    assert_eq!(manager.hear(), ["READY=1", FED, "STATUS=idle"]);
+    assert_eq!(manager.receive(), ["READY=1", FED, "STATUS=idle"]);
     let mut client = manager.daemon.client();
     assert!(status(&mut client).tick > 0, "ready means that the loop ticks");
 
     let mut fed = Vec::new();
     while fed.len() < 21 {
-        if manager.hear().iter().any(|line| line == FED) {
+        if manager.receive().iter().any(|line| line == FED) {
             fed.push(Instant::now());
         }
     }
@@ -75,10 +75,10 @@ fn it_says_that_it_is_ready_that_it_goes_on_and_that_it_ends() {
     }
 
     let _: StateReply = client.request(Request::engage()).expect("it is idle");
-    manager.hear_until("STATUS=engaged");
+    manager.receive_until("STATUS=engaged");
     let Manager { socket, daemon, .. } = manager;
-    let (ended, said) = daemon.end(Signal::TERM);
-    assert!(ended.success(), "{said}");
+    let (ended, printed) = daemon.end(Signal::TERM);
+    assert!(ended.success(), "{printed}");
     let last = std::iter::from_fn(|| {
         let mut bytes = [0; 4096];
         socket.set_nonblocking(true).expect("it can");
@@ -92,14 +92,14 @@ fn it_says_that_it_is_ready_that_it_goes_on_and_that_it_ends() {
 fn the_watchdog_is_not_fed_while_the_real_time_thread_hangs() {
     let manager = Manager::start(Duration::from_millis(400));
     let mut client = manager.daemon.client();
-    manager.hear_until(FED);
+    manager.receive_until(FED);
     let held = HeldThread::real_time(manager.daemon.pid());
-    manager.hear_until("STATUS=the real-time thread has been hanging");
+    manager.receive_until("STATUS=the real-time thread has been hanging");
     let stood = status(&mut client);
     let mut asked_to_restart = 0;
     for _ in 0..20 {
-        // How long it hangs is said as often as the watchdog would be fed.
-        let message = manager.hear();
+        // How long it hangs is reported as often as the watchdog would be fed.
+        let message = manager.receive();
         assert!(
             message.iter().any(|line| line.contains("has been hanging")),
             "{message:?}"
@@ -111,8 +111,8 @@ fn the_watchdog_is_not_fed_while_the_real_time_thread_hangs() {
     assert!(asked_to_restart >= 17, "{asked_to_restart}");
     assert_eq!(status(&mut client).tick, stood.tick, "the control thread goes on alone");
     drop(held);
-    manager.hear_until("STATUS=idle");
-    manager.hear_until(FED);
+    manager.receive_until("STATUS=idle");
+    manager.receive_until(FED);
 }
 
 #[test]
@@ -126,6 +126,6 @@ fn a_manager_that_does_not_listen_keeps_nobody_waiting() {
     });
     let stopped = manager.daemon.ctl(&["stop"]);
     assert!(stopped.status.success(), "{stopped:?}");
-    let (ended, said) = manager.daemon.end(Signal::TERM);
-    assert!(ended.success(), "{said}");
+    let (ended, printed) = manager.daemon.end(Signal::TERM);
+    assert!(ended.success(), "{printed}");
 }

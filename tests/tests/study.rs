@@ -95,10 +95,10 @@ fn interrupt_ends_study_cleanly_and_second_program_is_refused() {
     until_rows_in(&folder.join("data"));
     let ended = process::end(program, Signal::INT);
     assert_eq!(ended.status.code(), Some(130), "{}", stderr(&ended));
-    let said = text(&ended.stdout);
+    let printed = text(&ended.stdout);
     assert!(
-        said.contains("The study is interrupted; continue with `haptic-ctl study resume "),
-        "{said}"
+        printed.contains("The study is interrupted; continue with `haptic-ctl study resume "),
+        "{printed}"
     );
     let written = files(&folder);
     assert!(!written.contains_key(Path::new("trials.parquet")));
@@ -185,10 +185,10 @@ fn human_study_is_made_by_one_command_and_reported_as_human() {
     fs::remove_dir_all(people.join("data")).expect("removed");
     fs::write(people.join("trials.parquet"), "rows of one who has withdrawn").expect("written");
     let resumed = offline(&["study", "resume", plain(&people)]);
-    let said = text(&resumed.stdout);
+    let printed = text(&resumed.stdout);
     assert!(
-        said.contains("subject P1: 0 of ") && said.contains("people do this study"),
-        "{said}"
+        printed.contains("subject P1: 0 of ") && printed.contains("people do this study"),
+        "{printed}"
     );
     assert!(!people.join("trials.parquet").exists(), "nothing of a subject is kept");
 }

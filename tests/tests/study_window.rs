@@ -62,7 +62,7 @@ fn click_until(screen: &Screen, client: &mut Client, folder: &Path, wanted: usiz
         assert!(began.elapsed() < 2 * PATIENCE, "{wanted} rows");
         let status = status(client);
         if status.state == RigState::Stopped {
-            // Also by a key whose last way was slow.
+            // Also by a key whose last path was slow.
             go_on_after_stop(screen, client);
             continue;
         }

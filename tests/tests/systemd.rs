@@ -15,7 +15,7 @@ use system_tests::{
 /// A machine on which the unit is up.
 fn machine_with_unit(configuration: &str) -> Option<Machine> {
     let machine = Machine::boot(configuration)?;
-    // Returns once the unit has said that it is ready.
+    // Returns once the unit has reported that it is ready.
     machine.run_ok(&["systemctl", "start", "hapticd"]);
     assert_eq!(machine.property("ActiveState"), "active");
     Some(machine)
@@ -287,14 +287,14 @@ fn a_real_time_thread_that_hangs_is_restarted_by_the_watchdog() {
         "with a loop that hangs, the daemon is killed by the watchdog and back, idle, after {} ms",
         away_ms(&machine, began_ms)
     );
-    let said = |what| machine.journal().matches(what).count();
-    assert_eq!(said("Watchdog request"), 1, "{}", machine.journal());
+    let count = |what| machine.journal().matches(what).count();
+    assert_eq!(count("Watchdog request"), 1, "{}", machine.journal());
 
     // And so when the whole process stands still, after the manager's own time.
     pull(&machine);
     process::signal(machine.daemon(), Signal::STOP);
     is_back_without_force(&machine, 2);
-    assert_eq!(said("Watchdog timeout"), 1, "{}", machine.journal());
+    assert_eq!(count("Watchdog timeout"), 1, "{}", machine.journal());
 }
 
 #[test]
@@ -308,10 +308,10 @@ fn a_wrong_configuration_is_not_tried_again() {
         assert_eq!(machine.property(property), value, "{property}: {}", machine.journal());
     }
     let journal = machine.journal();
-    let told = journal.lines().filter(|line| line.contains("rate = 1 Hz"));
-    let told: Vec<&str> = told.collect();
-    println!("a wrong configuration: {told:?}, and no restart");
-    assert_eq!(told.len(), 1, "{journal}");
+    let lines = journal.lines().filter(|line| line.contains("rate = 1 Hz"));
+    let lines: Vec<&str> = lines.collect();
+    println!("a wrong configuration: {lines:?}, and no restart");
+    assert_eq!(lines.len(), 1, "{journal}");
 
     // Nor is it taken while the daemon runs.
     let write = |more: &str| {
@@ -389,7 +389,7 @@ fn system_journal_gives_author_and_urgency_of_a_stop() {
     pull(&machine);
     let mut client = machine.client();
     let _: StateReply = client.request(Request::Stop {}).expect("a stop");
-    let said = |least: &str| {
+    let journal = |least: &str| {
         machine.run_ok(&["journalctl", "--sync"]);
         let read = [
             "journalctl",
@@ -402,7 +402,7 @@ fn system_journal_gives_author_and_urgency_of_a_stop() {
         machine.run_ok(&read)
     };
     let warned = machine.eventually("the stop in the journal", || {
-        Some(said("warning")).filter(|said| said.contains("stop  "))
+        Some(journal("warning")).filter(|journal| journal.contains("stop  "))
     });
     let stop = warned
         .lines()
@@ -415,7 +415,7 @@ fn system_journal_gives_author_and_urgency_of_a_stop() {
         !warned.contains("engage  "),
         "to engage is nothing to be warned of: {warned}"
     );
-    let all = said("info");
+    let all = journal("info");
     assert!(all.contains("engage  idle -> engaging  tick "), "{all}");
     // By the id of its message, with who did it and in which tick.
     let id = "MESSAGE_ID=ea3655defd275b8483515d962788a55e";

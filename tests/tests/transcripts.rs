@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 use system_tests::reference::MARKS;
 use system_tests::timed;
-use system_tests::transcript::{Said, Transcript};
+use system_tests::transcript::{Message, Transcript};
 
 #[test]
 fn every_conversation_of_the_page_can_be_held() {
@@ -31,7 +31,7 @@ fn every_conversation_of_version_1_can_still_be_held() {
     for (name, transcript) in &transcripts {
         let hold = || transcript.replay().unwrap_or_else(|why| panic!("{name}, {why}"));
         if name == "all-places-taken.txt" {
-            // It is heard for a tenth of a second.
+            // It is served for a tenth of a second.
             timed("a newcomer beyond the full house", hold);
         } else {
             hold();
@@ -74,12 +74,12 @@ fn they_have_every_operation_every_topic_and_every_error_code() {
     let (mut ops, mut topics, mut codes) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
     for (_, transcript) in Transcript::all() {
         let mut asked: Vec<(String, Value)> = Vec::new();
-        for (connection, said, _) in transcript.lines {
-            match said {
-                Said::Client(line) | Said::Poll(line) => {
+        for (connection, message, _) in transcript.lines {
+            match message {
+                Message::Client(line) | Message::Poll(line) => {
                     asked.extend(serde_json::from_str(&line).ok().map(|line| (connection, line)));
                 }
-                Said::Server(line) => {
+                Message::Server(line) => {
                     if let Some(event) = line["event"].as_str() {
                         topics.insert(event.to_owned());
                     } else if let Some(code) = line["error"]["code"].as_str() {
@@ -108,7 +108,7 @@ fn they_have_every_operation_every_topic_and_every_error_code() {
     assert_eq!(
         topics,
         words(&definitions["FromClient"]["Topic"]),
-        "topics that are heard of"
+        "topics that are received"
     );
     let mut wanted = words(&definitions["FromServer"]["ErrorCode"]);
     wanted.retain(|code| !ELSEWHERE.iter().any(|(elsewhere, _)| elsewhere == code));

@@ -163,13 +163,13 @@ fn processor_s(pid: u32) -> f64 {
     s
 }
 
-/// 16 subscribers of every tick at 1 kHz: rows heard and lost.
+/// 16 subscribers of every tick at 1 kHz: rows received and lost.
 fn subscribers() {
     const SUBSCRIBERS: usize = 16;
     const TIME: Duration = Duration::from_secs(10);
     let daemon = engaged(&[]);
     let (began, before) = (Instant::now(), processor_s(daemon.pid()));
-    let heard: Vec<(u64, u64, u64)> = std::thread::scope(|scope| {
+    let counted: Vec<(u64, u64, u64)> = std::thread::scope(|scope| {
         let each: Vec<_> = (0..SUBSCRIBERS)
             .map(|_| {
                 scope.spawn(|| {
@@ -194,8 +194,8 @@ fn subscribers() {
         each.into_iter().map(|one| one.join().expect("it listens")).collect()
     });
     let used = (processor_s(daemon.pid()) - before) / began.elapsed().as_secs_f64();
-    let sum = |of: fn(&(u64, u64, u64)) -> u64| heard.iter().map(of).sum::<u64>();
-    let fewest = heard.iter().map(|one| one.0).min().expect("some");
+    let sum = |of: fn(&(u64, u64, u64)) -> u64| counted.iter().map(of).sum::<u64>();
+    let fewest = counted.iter().map(|one| one.0).min().expect("some");
     println!("\n## {SUBSCRIBERS} subscribers of every tick at 1 kHz\n");
     println!(
         "{} rows heard in {} s, {fewest} by the one that heard fewest; {} dropped, {} gaps; the daemon used {:.0} % of a processor, its loop and the spinning of that included",

@@ -317,7 +317,7 @@ fn block_log(rig: &mut Rig, watch: Watch<'_>) {
     rig.output.hold(true);
     let began = Instant::now();
     while !rig.output.is_full() {
-        // What is said on standard error: stops and resets.
+        // Stops and resets are lines on standard error.
         rig.stop();
         drop(rig.client.request::<serde_json::Value>(Request::Reset {}));
         assert!(began.elapsed() < PATIENCE, "the log does not fill up");

@@ -34,9 +34,9 @@ const SCENES: [&str; 6] = [
     "viscous-drag",
 ];
 
-/// What the clients heard and did.
+/// What the clients received and did.
 #[derive(Debug, Default)]
-pub(super) struct Heard {
+pub(super) struct ClientRecord {
     pub(super) changes: Changes,
     pub(super) journal: Journal,
     pub(super) rows: Rows,
@@ -46,7 +46,7 @@ pub(super) struct Heard {
 /// What was changed.
 #[derive(Debug, Default)]
 pub(super) struct Changes {
-    /// Revisions that the daemon said it had made.
+    /// Revisions that the daemon answered.
     pub(super) revisions: Vec<u64>,
     /// Schedules that it took.
     pub(super) schedules: u64,
@@ -54,7 +54,7 @@ pub(super) struct Changes {
     pub(super) refused: BTreeMap<String, u64>,
 }
 
-/// The journal, as a subscriber heard it.
+/// The journal, as a subscriber received it.
 #[derive(Debug, Default)]
 pub(super) struct Journal {
     /// Number of the first entry and of the newest.
@@ -66,16 +66,16 @@ pub(super) struct Journal {
     /// Faults, by code.
     pub(super) faults: BTreeMap<String, u64>,
     /// Changes that were answered and are in no entry.
-    pub(super) unheard: u64,
+    pub(super) unlogged: u64,
 }
 
-/// The ticks, as a subscriber heard them.
+/// The ticks, as a subscriber received them.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
-    pub(super) heard: u64,
-    /// Rows that the daemon said were lost on the way.
+    pub(super) received: u64,
+    /// Rows that the daemon reported as lost.
     pub(super) dropped: u64,
-    /// Rows that were neither heard nor said to be lost.
+    /// Rows that were neither received nor reported as lost.
     pub(super) missing: u64,
     pub(super) largest_n: f64,
     next_tick: Option<u64>,
@@ -122,8 +122,8 @@ pub(super) fn start<'scope>(
 
 impl Load<'_> {
     /// Waits for the ends of the clients; says which ended in a panic.
-    pub(super) fn join(self, broken: &mut Vec<String>) -> Heard {
-        Heard {
+    pub(super) fn join(self, broken: &mut Vec<String>) -> ClientRecord {
+        ClientRecord {
             changes: joined(self.changes, "the client that changes the scene", broken),
             journal: joined(self.journal, "the client that hears the journal", broken),
             rows: joined(self.rows, "the client that hears the ticks", broken),
@@ -139,20 +139,20 @@ fn joined<T: Default>(thread: ScopedJoinHandle<'_, T>, name: &str, broken: &mut 
     })
 }
 
-impl Heard {
-    /// Compares what was heard of the journal with the whole of it and with the answers.
+impl ClientRecord {
+    /// Compares the entries received of the journal with the whole of it and with the answers.
     pub(super) fn check_the_end(&mut self, rig: &mut Rig) {
         for entry in rig.journal(Some(self.journal.last)) {
             self.journal.entry(&entry);
         }
-        let heard = &self.journal.revisions;
+        let logged = &self.journal.revisions;
         // The first changes may have come before the subscription.
-        let unheard = self
+        let unlogged = self
             .changes
             .revisions
             .iter()
-            .filter(|revision| heard.first().is_some_and(|first| first < revision) && !heard.contains(revision));
-        self.journal.unheard = unheard.count() as u64;
+            .filter(|revision| logged.first().is_some_and(|first| first < revision) && !logged.contains(revision));
+        self.journal.unlogged = unlogged.count() as u64;
     }
 }
 
@@ -182,7 +182,7 @@ impl Rows {
     }
 
     fn row(&mut self, row: &Sample, announced: &mut u64) {
-        self.heard += 1;
+        self.received += 1;
         self.largest_n = self.largest_n.max(row.command_force_n.abs());
         if let Some(next) = self.next_tick {
             self.missing += row.tick.saturating_sub(next + std::mem::take(announced));

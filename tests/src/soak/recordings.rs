@@ -76,7 +76,7 @@ fn record(plan: &Plan, file: &Path, length: Duration, socket: &Path) -> std::io:
         if let Some(ended) = recorder.try_wait()? {
             break ended;
         }
-        // The first rows may still be on their way.
+        // The first rows may not have arrived yet.
         if plan.is_over() && !is_interrupted && began.elapsed() > Duration::from_secs(2) {
             is_interrupted = true;
             signal(recorder.id(), Signal::INT);

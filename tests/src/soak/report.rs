@@ -26,7 +26,7 @@ pub(super) struct Seen {
     pub(super) rig: &'static str,
     pub(super) occurrences: Vec<Occurrence>,
     pub(super) left_out: Vec<String>,
-    pub(super) load: load::Heard,
+    pub(super) load: load::ClientRecord,
     pub(super) recordings: recordings::Checked,
     pub(super) health: health::History,
     pub(super) force: rig::ForceRecord,
@@ -129,7 +129,7 @@ fn force(seen: &Seen, claim: &mut impl FnMut(&str, bool, String)) {
     claim(
         "force reaches the limit and never exceeds it, by every tick",
         limit(rows.largest_n),
-        format!("{:.3} N in {} ticks", rows.largest_n, rows.heard),
+        format!("{:.3} N in {} ticks", rows.largest_n, rows.received),
     );
 }
 
@@ -137,23 +137,23 @@ fn ticks_and_journal(seen: &Seen, claim: &mut impl FnMut(&str, bool, String)) {
     let (load, rows) = (&seen.load, &seen.load.rows);
     claim(
         "every tick is heard or said to be lost",
-        rows.missing == 0 && rows.heard > 0,
+        rows.missing == 0 && rows.received > 0,
         format!(
             "{} heard, {} said to be lost, {} missing",
-            rows.heard, rows.dropped, rows.missing
+            rows.received, rows.dropped, rows.missing
         ),
     );
     let journal = &load.journal;
     claim(
         "no entry of the journal is lost",
-        journal.missing == 0 && journal.unheard == 0 && journal.first.is_some(),
+        journal.missing == 0 && journal.unlogged == 0 && journal.first.is_some(),
         format!(
             "entries {} to {}: {} missing; {} changes answered, {} of them in no entry",
             journal.first.unwrap_or(0),
             journal.last,
             journal.missing,
             load.changes.revisions.len(),
-            journal.unheard
+            journal.unlogged
         ),
     );
 }

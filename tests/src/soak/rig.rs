@@ -51,7 +51,7 @@ pub(super) struct ForceRecord {
     pub(super) is_independent: bool,
     /// Largest force of all, N.
     pub(super) largest_n: f64,
-    /// Largest force while the daemon said that none flows, N.
+    /// Largest force while the daemon reported none, N.
     pub(super) largest_at_rest_n: f64,
 }
 
