@@ -33,7 +33,7 @@ impl NamedRig<'_> {
     }
 }
 
-/// Time without an answer to a stop after which a person is told what to do.
+/// Time without an answer to a stop after which a warning says what to do.
 const ALARM: Duration = Duration::from_millis(300);
 /// Time after a refusal for want of room.
 const ASK_AGAIN: Duration = Duration::from_millis(5);
@@ -110,7 +110,7 @@ pub(crate) fn outcome(reply: &StateReply, status: Option<&Status>) -> (String, O
 
 /// Asks a rig to stop. Where there is a prefix, a warning that begins with it says meanwhile what to do.
 pub(crate) async fn ask(socket: Option<&Path>, prefix: Option<&str>) -> Result<StateReply, Failure> {
-    // Where a crowd takes all places, a newcomer is heard for a moment, and may come again.
+    // Where a crowd takes all places, a newcomer is served for a moment, and may come again.
     let asked = async {
         loop {
             match Daemon::ask_at_once(socket, Request::Stop {}).await {
