@@ -56,6 +56,6 @@ def test_samples_and_events_reach_an_inlet(daemon: hapticd.Fake) -> None:
         publisher.wait()
 
 
-def test_nobody_there_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_absent_daemon_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert lsl.main(["--socket", "/nowhere/control.sock"]) == 1
     assert "does not listen on /nowhere/control.sock" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""What a program asks the daemon, and what it is told of a wrong value."""
+"""What a program asks the daemon, and the error for a wrong value."""
 
 from __future__ import annotations
 

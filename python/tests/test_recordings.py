@@ -195,8 +195,8 @@ def test_rust_and_python_read_alike(
         rows = hapticd.read(path)
     except hapticd.NotARecording as error:
         assert words, error
-        for said in (exported.stderr, str(error)):
-            assert all(word in said for word in [*words, path.name]), said
+        for message in (exported.stderr, str(error)):
+            assert all(word in message for word in [*words, path.name]), message
         assert exported.returncode != 0
         return
     assert not words, name

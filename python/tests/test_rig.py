@@ -135,7 +135,7 @@ def test_a_busy_interpreter_keeps_its_lease(daemon: hapticd.Fake) -> None:
 
 
 # hazard: F4
-def test_a_lease_that_has_lapsed_is_told(daemon: hapticd.Fake) -> None:
+def test_a_lease_that_has_lapsed_is_reported(daemon: hapticd.Fake) -> None:
     with daemon.connect(lease="100ms") as rig:
         lease = rig._lease
         assert lease is not None
@@ -213,5 +213,5 @@ def test_the_heart_needs_the_standard_library_alone(daemon: hapticd.Fake) -> Non
         "    try: rig.record(1)\n"
         "    except ImportError as error: print(error.name)\n"
     )
-    said = subprocess.run([sys.executable, "-c", program, str(daemon.path)], capture_output=True, text=True, check=True)
-    assert said.stdout.splitlines() == ["{'mass': 1.0} 50", "numpy"]
+    done = subprocess.run([sys.executable, "-c", program, str(daemon.path)], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["{'mass': 1.0} 50", "numpy"]

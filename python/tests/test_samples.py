@@ -92,7 +92,7 @@ def _fed(on_gap: Any, most: int = 100) -> Samples:
     return samples
 
 
-def test_a_program_that_was_stopped_for_too_long_is_told(daemon: hapticd.Fake) -> None:
+def test_a_program_stopped_for_too_long_is_disconnected(daemon: hapticd.Fake) -> None:
 
     program = (
         "import sys, hapticd\n"
@@ -112,8 +112,8 @@ def test_a_program_that_was_stopped_for_too_long_is_told(daemon: hapticd.Fake) -
         while rig.status().clients == 5 and time.monotonic() < until:
             time.sleep(0.01)
     os.kill(child.pid, signal.SIGCONT)
-    said, _ = child.communicate(timeout=30)
-    assert said.strip() == "disconnected"
+    printed, _ = child.communicate(timeout=30)
+    assert printed.strip() == "disconnected"
 
 
 def test_a_buffer_keeps_the_newest_samples_in_numpy(rig: hapticd.Rig) -> None:

@@ -40,8 +40,8 @@ def test_a_staircase_is_rendered_in_its_ticks(rig: hapticd.Rig) -> None:
                 break
         for change in reply.changes:
             assert began[change.revision] == change.at_tick
-        told = _rendered(events, CHANGES)
-        assert [entry["tick"] for entry in told] == [change["at_tick"] for change in changes]
+        rendered = _rendered(events, CHANGES)
+        assert [entry["tick"] for entry in rendered] == [change["at_tick"] for change in changes]
 
 
 def test_a_change_is_rendered_in_its_tick(rig: hapticd.Rig) -> None:

@@ -32,7 +32,7 @@ impl Daemon {
         in_time(AsyncClient::ask_at_once(&path, request)).await
     }
 
-    /// What it said first.
+    /// Its greeting.
     pub(crate) fn hello(&self) -> &Hello {
         self.client.hello()
     }

@@ -46,7 +46,7 @@ library that hold no scene, are named.
 
 A SIGHUP to a daemon without a terminal does the same, as does `systemctl reload hapticd`.";
 
-/// Time in which the daemon has faulted a rig whose motor is on after a release: 100 ms, and its way here.
+/// Time in which the daemon has faulted a rig whose motor is on after a release: 100 ms, and the message's delay.
 const CONFIRMATION_TIME: Duration = Duration::from_millis(150);
 
 pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
@@ -66,7 +66,7 @@ pub(crate) async fn run_to(
         return run(daemon, request, json).await;
     }
     let reply: StateReply = daemon.ask(request).await?;
-    // What is heard first is the state as it is by now.
+    // The first event is the state as it is by now.
     let condition = Condition::in_state(end);
     wait::subscribe(daemon, &condition).await?;
     let known = wait::until(daemon, &condition, Some(waiting.timeout)).await?;

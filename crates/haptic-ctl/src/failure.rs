@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// What to do where the daemon cannot be told to stop.
+/// What to do where the daemon cannot be asked to stop.
 const CUT_THE_POWER: &str = "the rig could not be told to stop: if the motor pulls, cut its power. Its own watchdog \
                              switches it off where it has one";
 
@@ -37,7 +37,7 @@ pub(crate) enum Failure {
     Output(std::io::Error),
     /// A file cannot be written.
     File(String),
-    /// All has been said already.
+    /// Everything is reported already.
     Silent(u8),
 }
 

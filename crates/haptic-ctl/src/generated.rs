@@ -7,7 +7,7 @@ use haptic_ipc::quoted;
 use std::io::Write;
 use std::path::Path;
 
-/// Where the shell is told to look: see [`clap_complete::CompleteEnv`].
+/// The variable by which the shell asks for completions: see [`clap_complete::CompleteEnv`].
 const VARIABLE: &str = "COMPLETE";
 
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]

@@ -93,7 +93,7 @@ fn main() -> ExitCode {
     let result = runtime.block_on(async {
         tokio::select! {
             // In this order: offline work is done before the interrupt is caught, which would
-            // otherwise be heard only after that work.
+            // otherwise be noticed only after that work.
             biased;
             ended = run(&arguments) => ended,
             _ = tokio::signal::ctrl_c(), if !arguments.command.handles_interrupts() => Err(Failure::Interrupted),

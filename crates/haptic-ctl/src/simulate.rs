@@ -107,7 +107,7 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: b
     ))
 }
 
-/// What is said of a run.
+/// What is reported of a run.
 struct Summary {
     ticks: usize,
     events: usize,

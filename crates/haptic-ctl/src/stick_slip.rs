@@ -50,7 +50,7 @@ pub(crate) async fn run(
             })),
         }));
     }
-    output::line(&said(speed, found))?;
+    output::line(&describe(speed, found))?;
     let Some((frequency, stiffness, force)) = values else {
         return Ok(());
     };
@@ -58,7 +58,7 @@ pub(crate) async fn run(
         .value(Parameter::DynamicForce)
         .unwrap_or_default()
         .get(Direction::of(speed));
-    let told = |value: Result<f64, StickSlipError>, unit: &str| match value {
+    let text = |value: Result<f64, StickSlipError>, unit: &str| match value {
         Ok(value) => format!("{} {unit}", figure(value)),
         Err(error) => error.to_string(),
     };
@@ -69,8 +69,8 @@ pub(crate) async fn run(
     output::line(&format!(
         "for {} Hz: K = {}, or Fs = {}{difference}",
         figure(frequency),
-        told(stiffness, "N/m"),
-        told(force, "N"),
+        text(stiffness, "N/m"),
+        text(force, "N"),
     ))
 }
 
@@ -84,7 +84,7 @@ fn value(found: StickSlip) -> Value {
     })
 }
 
-fn said(speed: f64, found: Option<StickSlip>) -> String {
+fn describe(speed: f64, found: Option<StickSlip>) -> String {
     let Some(found) = found else {
         return format!("at {} m/s the block slides on: no stick-slip", figure(speed));
     };

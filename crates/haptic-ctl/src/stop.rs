@@ -33,9 +33,9 @@ impl NamedRig<'_> {
     }
 }
 
-/// Time without an answer to a stop after which a person is told what to do.
+/// Time without an answer to a stop after which a warning says what to do.
 pub(crate) const ALARM: Duration = Duration::from_millis(300);
-/// What is told then.
+/// The warning.
 pub(crate) const NO_ANSWER_YET: &str = "no answer yet: if the motor pulls, cut its power";
 /// Time after a refusal for want of room.
 const ASK_AGAIN: Duration = Duration::from_millis(5);
@@ -112,7 +112,7 @@ pub(crate) fn outcome(reply: &StateReply, status: Option<&Status>) -> (String, O
 
 /// Asks a rig to stop. Where there is a prefix, a warning that begins with it says meanwhile what to do.
 pub(crate) async fn ask(socket: Option<&Path>, prefix: Option<&str>) -> Result<StateReply, Failure> {
-    // Where a crowd takes all places, a newcomer is heard for a moment, and may come again.
+    // Where a crowd takes all places, a newcomer is served for a moment, and may come again.
     let asked = async {
         loop {
             match Daemon::ask_at_once(socket, Request::Stop {}).await {

@@ -80,7 +80,7 @@ pub(crate) async fn until(
 async fn wait(daemon: &mut Daemon, condition: &Condition, timeout: Option<Duration>) -> Result<Observations, Failure> {
     let mut known = Observations::default();
     if condition.topics().contains(&Topic::Timing) {
-        // Told once a second only.
+        // Sent once a second only.
         let timing: Timing = daemon.ask(Request::Timing {}).await?;
         known.take(Event::Timing(Box::new(timing)), condition);
     }

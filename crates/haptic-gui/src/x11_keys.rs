@@ -176,9 +176,9 @@ mod tests {
             .stderr(Stdio::null())
             .spawn()
             .expect("Xvfb starts");
-        let said = server.stdout.take().expect("it is piped");
+        let output = server.stdout.take().expect("it is piped");
         let mut number = String::new();
-        BufReader::new(said)
+        BufReader::new(output)
             .read_line(&mut number)
             .expect("it names its display");
         Some((Server(server), format!(":{}", number.trim())))

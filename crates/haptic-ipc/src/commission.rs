@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Longest lease of a client that commissions a rig, ms.
 pub const MAX_COMMISSION_LEASE_MS: u32 = 2000;
 
-/// Masses, kg, of all of which the coupling holds that a rig of unknown mass is said to bear.
+/// Masses, kg, of all of which the coupling holds that is reported for a rig of unknown mass.
 pub const UNKNOWN_MASS_KG: [f64; 2] = [0.05, 3.0];
 
 /// Answer to `commission.*`.

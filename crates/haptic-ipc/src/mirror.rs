@@ -49,7 +49,7 @@ pub struct RigMirror {
     pub fault: Option<String>,
     /// The tick at which the state began, or a later one.
     pub tick: u64,
-    /// Whether it is the tick at which it began: the client had heard of another state before.
+    /// Whether it is the tick at which it began: the client had received another state before.
     pub is_begin_seen: bool,
 }
 
@@ -211,7 +211,7 @@ impl DaemonMirror {
         }
     }
 
-    /// Takes the answer to `log`: the entries before those that were heard.
+    /// Takes the answer to `log`: the entries before those that were received.
     pub fn take_journal(&mut self, older: Vec<JournalEntry>) {
         let newer = std::mem::take(&mut self.journal);
         for entry in older.into_iter().chain(newer) {

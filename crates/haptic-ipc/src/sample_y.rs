@@ -162,7 +162,7 @@ impl<'de> Deserialize<'de> for Row {
                 let mut y = [0.0; SAMPLE_Y_COLUMNS.len()];
                 let mut there = 0;
                 for cell in &mut y {
-                    // Whether these columns are those of a second axis, or of a later server, is told beside the rows.
+                    // Whether these columns are of a second axis, or of a later server, is stated beside the rows.
                     let Some(Cell::Number(number)) = cells.next_element()? else {
                         break;
                     };

@@ -88,9 +88,9 @@ impl<T: DeserializeOwned> Field for Part<T> {
                     continue;
                 }
             };
-            let said: Option<String> = value.json();
-            let said = said.ok_or_else(|| value.is_not(&format!("one of {}", known.join(", "))))?;
-            word(&value, value.name, &said, known)?;
+            let chosen: Option<String> = value.json();
+            let chosen = chosen.ok_or_else(|| value.is_not(&format!("one of {}", known.join(", "))))?;
+            word(&value, value.name, &chosen, known)?;
         }
         serde_json::from_str(given.text)
             .map(Self)

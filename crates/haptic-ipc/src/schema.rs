@@ -40,7 +40,7 @@ pub fn protocol() -> Value {
         words.push(json!({ "type": "string", "const": "published", "description": "The same as `slides`." }));
     }
     if let Some(Value::Object(envelope)) = from_client.get_mut("Envelope") {
-        // Said of the operations' own fields in their types; the number beside them is not one of
+        // Stated of the operations' own fields in their types; the number beside them is not one of
         // those.
         envelope.insert("unevaluatedProperties".to_owned(), Value::Bool(false));
     }

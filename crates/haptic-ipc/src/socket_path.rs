@@ -454,7 +454,7 @@ mod tests {
 
     #[test]
     fn label_is_the_rig_or_the_socket() {
-        for (socket, said) in [
+        for (socket, expected) in [
             ("/run/hapticd@left/control.sock", "Rig left"),
             ("/run/user/1000/hapticd@left/control.sock", "Rig left"),
             // The session's rig and the machine's both go without a name.
@@ -462,7 +462,7 @@ mod tests {
             ("/run/hapticd-watch/left.sock", "/run/hapticd-watch/left.sock"),
             ("/run/hapticd@left/other.sock", "/run/hapticd@left/other.sock"),
         ] {
-            assert_eq!(label(Path::new(socket)), said);
+            assert_eq!(label(Path::new(socket)), expected);
         }
     }
 
@@ -528,13 +528,13 @@ mod tests {
     }
 
     #[test]
-    fn unknown_rig_is_told_which_rigs_there_are() {
+    fn remedy_for_an_unknown_rig_names_the_rigs_there_are() {
         let socket = Path::new("/run/user/1000/hapticd@lefft/control.sock");
         let rigs = ["hapticd", "left"].map(|name| NamedSocket {
             name: name.to_owned(),
             path: PathBuf::new(),
         });
-        for (rigs, said) in [
+        for (rigs, expected) in [
             (
                 &rigs[..],
                 "no rig `lefft`, but hapticd, left; `--rig hapticd` is the one without a name",
@@ -543,7 +543,7 @@ mod tests {
             (&[], "/etc/hapticd/hapticd@lefft.toml configures it"),
         ] {
             let remedy = unknown_rig(socket, rigs).expect("it is of a rig with a name");
-            assert!(remedy.contains(said) && !remedy.contains("--demo"), "{remedy}");
+            assert!(remedy.contains(expected) && !remedy.contains("--demo"), "{remedy}");
         }
         assert_eq!(unknown_rig(Path::new("/run/hapticd/control.sock"), &rigs), None);
         let died = [NamedSocket {

@@ -57,10 +57,10 @@ mod tests {
             format!("usermod -aG {group} $USER"),
             "then log in again".to_owned(),
         ] {
-            let said = remedy_with(0o750);
-            assert!(said.contains(&part), "{said} lacks {part}");
+            let message = remedy_with(0o750);
+            assert!(message.contains(&part), "{message} lacks {part}");
         }
-        let said = remedy_with(0o700);
-        assert!(said.contains("alone") && !said.contains("usermod"), "{said}");
+        let message = remedy_with(0o700);
+        assert!(message.contains("alone") && !message.contains("usermod"), "{message}");
     }
 }

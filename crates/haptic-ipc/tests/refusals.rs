@@ -94,8 +94,8 @@ fn every_limit_of_the_grammar_is_held_to_its_ends() {
         let below = if field == "timeout_ms" { 1 } else { min - 1 };
         for value in [below, max + 1] {
             let error = refused(&line(value));
-            let told = format!("{field} = {value} {unit} is out of range: it must be from {min} to {max} {unit}");
-            assert!(error.message.starts_with(&told), "{error} is not {told}");
+            let expected = format!("{field} = {value} {unit} is out of range: it must be from {min} to {max} {unit}");
+            assert!(error.message.starts_with(&expected), "{error} is not {expected}");
             assert_eq!((error.code, error.param.as_deref()), (OutOfRange, Some(field)));
             assert_eq!((error.min, error.max), (Some(min as f64), Some(max as f64)), "{error}");
             assert_eq!((error.value, error.unit.as_deref()), (Some(value as f64), Some(unit)));

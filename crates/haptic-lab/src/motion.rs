@@ -188,7 +188,7 @@ pub fn median_period_s<V>(motion: &[DeviceSample<V>]) -> f64 {
 }
 
 /// Where each of some times, each later than the one before, lies among at least two samples at `t_s`: the sample before
-/// it, and the share of the way to the next one. A time beyond the ends has the place of the nearest end.
+/// it, and the share of the interval to the next one. A time beyond the ends has the place of the nearest end.
 pub(crate) fn places(t_s: &[f64], times: impl Iterator<Item = f64>) -> impl Iterator<Item = (usize, f64)> {
     let mut left = 0;
     times.map(move |at| {

@@ -67,8 +67,8 @@ impl Uncertainty {
         student_t(self.freedom) * self.error
     }
 
-    /// How far from 0 a value is certainly not 0: once in 10,000 records it is nevertheless. What a file says by
-    /// itself, as that a clock drifts, must not be said of those where it is not so.
+    /// How far from 0 a value is certainly not 0: once in 10,000 records it is nevertheless. A note on a file, as
+    /// that a clock drifts, must not appear where it is not so.
     pub(crate) fn reach_certain(self) -> f64 {
         student_t_of(0.9999, self.freedom) * self.error
     }

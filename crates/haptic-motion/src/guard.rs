@@ -12,21 +12,21 @@ pub fn guarded<T>(run: impl FnOnce() -> Result<T>) -> std::result::Result<T, Str
     match catch_unwind(AssertUnwindSafe(run)) {
         Ok(result) => result.map_err(|error| with_advice(error.to_string())),
         Err(panic) => {
-            let said = panic.downcast_ref::<String>().map(String::as_str);
-            let said = said.or(panic.downcast_ref::<&str>().copied()).unwrap_or_default();
-            Err(format!("the file is damaged: {said}"))
+            let message = panic.downcast_ref::<String>().map(String::as_str);
+            let message = message.or(panic.downcast_ref::<&str>().copied()).unwrap_or_default();
+            Err(format!("the file is damaged: {message}"))
         }
     }
 }
 
 /// What the library says, and what to do about a compression that it was built without.
-fn with_advice(said: String) -> String {
-    match said.split_once("Disabled feature at compile time: ") {
+fn with_advice(message: String) -> String {
+    match message.split_once("Disabled feature at compile time: ") {
         Some((_, codec)) => format!(
             "it is compressed by {codec}, which is not read here: write it with snappy, gzip, lz4 or without \
              compression, as by `python3 -c 'import pandas; pandas.read_parquet(\"IN\").to_parquet(\"OUT\")'`"
         ),
-        None => said,
+        None => message,
     }
 }
 

@@ -142,7 +142,7 @@ impl Rows {
     fn of_file(path: &Path, file: File, options: &TableOptions) -> Result<Self, MotionError> {
         let file = Opened::new(path, file).map_err(|source| MotionError::open(path, source))?;
         options.check_gains()?;
-        // A recording is read as one unless something else is said of its columns.
+        // A recording is read as one unless something else is stated of its columns.
         let is_plain = *options == TableOptions::default();
         let mut notes = Vec::new();
         let source = match file {

@@ -387,7 +387,7 @@ fn foreign_table_is_a_motion_by_its_names_and_units() {
 
 /// A gain of 0 would be a motion that stands still, and names that are not used would be taken for used ones.
 #[test]
-fn what_is_said_of_columns_is_used_or_refused() {
+fn options_on_columns_are_used_or_refused() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("motion");
     let open = |bytes: &[u8], options: &TableOptions| {

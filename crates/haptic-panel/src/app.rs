@@ -322,8 +322,8 @@ mod tests {
             app.hear(Update::Stop(StopNews::Answered { after, result }));
         }
         draw(&ctx, input, |ui| app.show(ui));
-        let told = &app.model.daemon.stop;
-        assert!(matches!(told, StopReport::Confirmed { tick: 9, .. }), "{told:?}");
+        let report = &app.model.daemon.stop;
+        assert!(matches!(report, StopReport::Confirmed { tick: 9, .. }), "{report:?}");
     }
 
     // hazard: H28

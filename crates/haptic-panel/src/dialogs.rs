@@ -61,7 +61,7 @@ struct Complaints;
 
 thread_local! {
     /// Those of this thread, while one waits for a dialog.
-    static HEARD: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
+    static COMPLAINTS: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 
 impl Complaints {
@@ -70,9 +70,9 @@ impl Complaints {
         static INSTALLED: Once = Once::new();
         // Another logger would hear them in its place: then a dialog that fails looks like one that was closed.
         INSTALLED.call_once(|| log::set_logger(&Self).map_or((), |()| log::set_max_level(log::LevelFilter::Error)));
-        HEARD.set(Some(Vec::new()));
+        COMPLAINTS.set(Some(Vec::new()));
         let done = work();
-        (done, HEARD.take().unwrap_or_default())
+        (done, COMPLAINTS.take().unwrap_or_default())
     }
 }
 
@@ -83,7 +83,7 @@ impl log::Log for Complaints {
 
     fn log(&self, record: &log::Record<'_>) {
         if self.enabled(record.metadata()) {
-            HEARD.with_borrow_mut(|heard| heard.iter_mut().for_each(|heard| heard.push(record.args().to_string())));
+            COMPLAINTS.with_borrow_mut(|kept| kept.iter_mut().for_each(|kept| kept.push(record.args().to_string())));
         }
     }
 

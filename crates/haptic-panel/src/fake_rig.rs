@@ -48,9 +48,9 @@ impl FakeRig {
     /// Why it has ended, if it has.
     pub(crate) fn end(&mut self) -> Option<String> {
         let status = self.daemon.try_wait().ok()??;
-        let mut said = String::new();
-        let read = self.log.rewind().and_then(|()| self.log.read_to_string(&mut said));
-        let last = read.ok().and_then(|_| said.lines().next_back()).unwrap_or_default();
+        let mut text = String::new();
+        let read = self.log.rewind().and_then(|()| self.log.read_to_string(&mut text));
+        let last = read.ok().and_then(|_| text.lines().next_back()).unwrap_or_default();
         Some(format!("The fake rig has ended ({status}). Its log ends with: {last}"))
     }
 }

@@ -179,7 +179,7 @@ mod tests {
                 visuals.weak_text_color(),
                 visuals.strong_text_color(),
             ];
-            let told = [palette.error_text, palette.caution_text];
+            let messages = [palette.error_text, palette.caution_text];
             let lines = [
                 palette.device,
                 palette.block,
@@ -191,7 +191,7 @@ mod tests {
             ];
             let grounds = [ground(&visuals), visuals.window_fill, visuals.text_edit_bg_color()];
             let mut pairs = Vec::new();
-            for text in plain.into_iter().chain(told).chain(lines) {
+            for text in plain.into_iter().chain(messages).chain(lines) {
                 pairs.extend(grounds.map(|ground| (text, ground)));
             }
             let fills = [palette.rest, palette.live, palette.caution, palette.halt];

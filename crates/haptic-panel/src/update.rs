@@ -38,7 +38,7 @@ pub enum Update {
     },
     /// There is no connection, and these other rigs have sockets on this machine.
     Rigs(Vec<NamedSocket>),
-    /// What will be heard of, and what the samples are computed with.
+    /// What will be sent, and what the samples are computed with.
     Subscribed(Box<SubscribeReply>),
     /// The parameter table.
     Described(Description),
@@ -52,7 +52,7 @@ pub enum Update {
     Journal(Result<LogReply, WireError>),
     /// The state of rig and daemon; requested once a second.
     Status(Result<Box<Status>, WireError>),
-    /// The time for which the daemon has sent no sample, told again and again; zero when samples come again.
+    /// The time for which the daemon has sent no sample, reported again and again; zero when samples come again.
     NoSample(Duration),
     /// An event of a subscribed topic.
     Event(Event),

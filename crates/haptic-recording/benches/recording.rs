@@ -96,12 +96,12 @@ struct Signal {
 impl Signal {
     fn row(&mut self, tick: u64) -> Sample {
         let time_s = tick as f64 * 1e-3;
-        let way =
+        let hand_m =
             |time_s: f64| 0.02 * (time_s * 4.4).sin() + 0.005 * (time_s * 1.3).sin() + 1e-5 * (time_s * 57.0).sin();
-        let position_m = ((way(time_s) + 2e-6 * self.random()) * 1e5).round() * 1e-5;
-        let velocity_mps = (way(time_s + 5e-4) - way(time_s - 5e-4)) * 1e3 + 5e-4 * self.random();
-        let block_position_m = way(time_s - 4e-3);
-        let block_velocity_mps = (way(time_s - 3e-3) - way(time_s - 5e-3)) * 500.0;
+        let position_m = ((hand_m(time_s) + 2e-6 * self.random()) * 1e5).round() * 1e-5;
+        let velocity_mps = (hand_m(time_s + 5e-4) - hand_m(time_s - 5e-4)) * 1e3 + 5e-4 * self.random();
+        let block_position_m = hand_m(time_s - 4e-3);
+        let block_velocity_mps = (hand_m(time_s - 3e-3) - hand_m(time_s - 5e-3)) * 500.0;
         let force_n = 2000.0 * (position_m - block_position_m) + 5.0 * (velocity_mps - block_velocity_mps);
         let wake_latency_ns = (3000.0 + 2000.0 * self.random().abs()) as u64;
         Sample {

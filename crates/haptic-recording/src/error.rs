@@ -20,7 +20,7 @@ pub enum RecordingError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// It cannot be read further.
@@ -28,7 +28,7 @@ pub enum RecordingError {
     Read {
         /// Where.
         place: Place,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// It is something else.
@@ -162,7 +162,7 @@ pub enum CreateError {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system said; [`AlreadyExists`](io::ErrorKind::AlreadyExists) where it is not to
+        /// The system's error; [`AlreadyExists`](io::ErrorKind::AlreadyExists) where it is not to
         /// be replaced.
         source: io::Error,
     },
@@ -188,7 +188,7 @@ pub enum CopyError {
     Write {
         /// Its file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// A cut would hold nothing.

@@ -38,7 +38,7 @@ pub enum Enqueued {
     Yes,
     /// There was no room for it.
     No {
-        /// Rows that found no room since the recording began, and those that the daemon said were missing among them.
+        /// Rows that found no room since the recording began, and those that the daemon reported missing among them.
         lost_rows: u64,
         /// Changes and marks that found no room since then.
         lost_changes: u64,

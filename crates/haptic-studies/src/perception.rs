@@ -35,7 +35,7 @@ pub enum Prompt {
     Finished,
 }
 
-/// The interval that is said to have had more friction.
+/// The interval that had more friction, by the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// The first.

@@ -137,8 +137,8 @@ impl SubjectTable {
             format!("it has no row of subject {codes}, whose fields are empty")
         });
         let strange = (!strange.is_empty()).then(|| format!("it has {}, not of this study", strange.join(", ")));
-        let said: Vec<String> = lacking.into_iter().chain(strange).collect();
-        (!said.is_empty()).then(|| format!("subjects.csv: {}", said.join("; ")))
+        let notes: Vec<String> = lacking.into_iter().chain(strange).collect();
+        (!notes.is_empty()).then(|| format!("subjects.csv: {}", notes.join("; ")))
     }
 
     /// The table as CSV.
@@ -177,8 +177,8 @@ mod tests {
     fn a_column_that_is_nearly_the_order_is_no_free_field() {
         let read = |heading: &str| SubjectTable::read(format!("{heading}\nP1,A | C | B\n").as_bytes());
         for (heading, own) in [("subject,Order", "order"), ("Subject,order", "subject")] {
-            let said = read(heading).expect_err(heading).to_string();
-            assert!(said.contains(&format!("is not `{own}`")), "{said}");
+            let message = read(heading).expect_err(heading).to_string();
+            assert!(message.contains(&format!("is not `{own}`")), "{message}");
         }
         assert_eq!(read("subject,orders").expect("a free field").fields, ["orders"]);
     }
@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn a_table_of_other_codes_than_the_trials_says_so() {
         let study = ["01", "02", "03"].map(str::to_owned);
-        let said = |text: &str, of_study: Option<&[String]>| {
+        let remark = |text: &str, of_study: Option<&[String]>| {
             let table = SubjectTable::read(text.as_bytes()).expect("a table");
             table.strangers(&BTreeSet::from(["01", "02"]), of_study)
         };
@@ -194,14 +194,17 @@ mod tests {
         let saved = "subject,age_band\n1,20-29\n2,30-39\n";
         let note =
             "subjects.csv: it has no row of subject 01, 02, whose fields are empty; it has 1, 2, not of this study";
-        assert_eq!(said(saved, Some(&study)).as_deref(), Some(note));
-        assert_eq!(said(saved, None).as_deref(), Some(note));
-        let one = said("subject,age_band\n01,20-29\n02,30-39\n4,\n", Some(&study));
+        assert_eq!(remark(saved, Some(&study)).as_deref(), Some(note));
+        assert_eq!(remark(saved, None).as_deref(), Some(note));
+        let one = remark("subject,age_band\n01,20-29\n02,30-39\n4,\n", Some(&study));
         assert_eq!(one.as_deref(), Some("subjects.csv: it has 4, not of this study"));
         // A subject may have no trials yet, and a table without fields none to lose.
-        assert_eq!(said("subject,age_band\n01,20-29\n02,30-39\n03,\n", Some(&study)), None);
-        assert_eq!(said("subject,age_band\n01,20-29\n02,30-39\n03,\n", None), None);
-        assert_eq!(said("subject\n1\n", Some(&study)), None);
+        assert_eq!(
+            remark("subject,age_band\n01,20-29\n02,30-39\n03,\n", Some(&study)),
+            None
+        );
+        assert_eq!(remark("subject,age_band\n01,20-29\n02,30-39\n03,\n", None), None);
+        assert_eq!(remark("subject\n1\n", Some(&study)), None);
     }
 
     #[test]

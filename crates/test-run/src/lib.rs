@@ -87,8 +87,8 @@ fn caller() -> String {
 /// The line reaches the terminal although the test passes: libtest captures what the print macros
 /// write, and nothing else.
 fn note(line: &str) {
-    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-    if !SAID
+    static NOTED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    if !NOTED
         .lock()
         .unwrap_or_else(PoisonError::into_inner)
         .insert(line.to_owned())
@@ -197,7 +197,7 @@ pub fn binary(name: &str) -> PathBuf {
 mod tests {
     use super::*;
 
-    /// Runs one of the tests below in a process of its own; whether it passed, and what it said past the capture.
+    /// Runs one of the tests below in a process of its own; whether it passed, and what it printed past the capture.
     fn run_alone(test: &str, variable: &str, value: Option<&str>) -> (bool, String) {
         let mut child = Command::new(std::env::current_exe().expect("a test has a path"));
         child.args(["--ignored", "--exact", test]).env("RUST_TEST_THREADS", "2");
@@ -216,10 +216,10 @@ mod tests {
     fn a_skip_that_is_not_permitted_fails() {
         let skips = |permitted| run_alone("tests::skips", "HAPTICD_TEST_MAY_SKIP", permitted);
         for permitted in [None, Some("a rig, a moon"), Some("a moon")] {
-            let (passed, said) = skips(permitted);
-            assert!(passed, "{permitted:?}: {said}");
+            let (passed, printed) = skips(permitted);
+            assert!(passed, "{permitted:?}: {printed}");
             // The test passed, and its line is not captured.
-            assert_eq!(said, "SKIPPED: tests::skips needs a moon (wait for the night)\n");
+            assert_eq!(printed, "SKIPPED: tests::skips needs a moon (wait for the night)\n");
         }
         for permitted in ["", "a rig", "moon"] {
             assert!(!skips(Some(permitted)).0, "{permitted}");
@@ -238,11 +238,11 @@ mod tests {
     fn only_the_short_run_leaves_something_out_and_says_so() {
         let leaves_out = |long| run_alone("tests::leaves_out", "HAPTICD_TEST_LONG", long);
         for short in [None, Some(""), Some("0")] {
-            let said = "LEFT OUT: tests::leaves_out: a full moon\n".to_owned();
-            assert_eq!(leaves_out(short), (true, said), "{short:?}");
+            let printed = "LEFT OUT: tests::leaves_out: a full moon\n".to_owned();
+            assert_eq!(leaves_out(short), (true, printed), "{short:?}");
         }
-        let (passed, said) = leaves_out(Some("1"));
-        assert!(!passed && !said.contains("LEFT OUT"), "{said}");
+        let (passed, printed) = leaves_out(Some("1"));
+        assert!(!passed && !printed.contains("LEFT OUT"), "{printed}");
     }
 
     #[test]

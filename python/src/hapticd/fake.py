@@ -123,7 +123,7 @@ def fake(*arguments: str, **options: Any) -> Fake:
 
     Raises:
         FileNotFoundError: There is no hapticd.
-        HapticdError: It does not come up; the message has what it said.
+        HapticdError: It does not come up; the message has what it printed.
     """
     given = list(arguments)
     for name, value in options.items():

@@ -89,7 +89,7 @@ impl Mass {
     /// Fewest pulses that tell it.
     const MIN_PULSES: usize = 3;
 
-    /// Largest spread with which it is told, as a share of the mass.
+    /// Largest spread with which it is reported, as a share of the mass.
     const MAX_SPREAD: f64 = 0.2;
 
     /// What some pulses say, each with by how much it may differ, kg, if they agree.
@@ -142,14 +142,14 @@ impl Findings {
         let range = self
             .range_m
             .map_or_else(|| "not known".to_owned(), |range_m| format!("{:.1} mm", mm(range_m)));
-        let said_um = self.resolution_m * 1e6;
+        let stated_um = self.resolution_m * 1e6;
         let step = match self.step_m {
-            None => format!("not seen; the device says {said_um:.3} um"),
+            None => format!("not seen; the device says {stated_um:.3} um"),
             Some(step_m) if (step_m - self.resolution_m).abs() <= SAME_STEP * self.resolution_m => {
-                format!("{said_um:.3} um, as the device says")
+                format!("{stated_um:.3} um, as the device says")
             }
             Some(step_m) => format!(
-                "{:.3} um, where the device says {said_um:.3} um: is counts_per_metre in its hello right?",
+                "{:.3} um, where the device says {stated_um:.3} um: is counts_per_metre in its hello right?",
                 step_m * 1e6
             ),
         };
@@ -291,9 +291,9 @@ mod tests {
             ..Findings::new(&begun())
         };
         let ends = "K = 500 N/m with B = 2 N s/m, which scenes with `coupling = \"rig\"` have";
-        let told = |found: &Findings| found.grip().expect("a grip");
+        let text = |found: &Findings| found.grip().expect("a grip");
         assert_eq!(
-            told(&known),
+            text(&known),
             format!("The stiffest grip that it bears with a factor of two: {ends}")
         );
         let unknown = Findings {
@@ -301,7 +301,7 @@ mod tests {
             ..known
         };
         assert_eq!(
-            told(&unknown),
+            text(&unknown),
             format!(
                 "The stiffest grip that it bears with a factor of two with any mass from 0.02 to 3 kg, as its own is not \
                  known: {ends}"

@@ -44,7 +44,7 @@ enum ConnectResult<'a> {
     Served,
     /// The system has refused the connection.
     KeptOut,
-    /// The daemon has said whom it serves.
+    /// The daemon has refused, and stated whom it serves.
     Refused(&'a str),
     /// The result says nothing of permission.
     Unknown,
@@ -105,7 +105,7 @@ fn may_use(socket: &SocketFile<'_>, person: &Person, tried: ConnectResult<'_>) -
     let (me, owner, group) = (user_name(person.uid), user_name(socket.owner), group_name(socket.group));
     // The daemon asks the kernel who the client is: a mode that was widened admits no other user.
     let serves_group = match tried {
-        ConnectResult::Refused(said) => said.contains("members of the group"),
+        ConnectResult::Refused(reason) => reason.contains("members of the group"),
         _ => socket.mode & 0o030 != 0,
     };
     let by = if person.uid == 0 {
@@ -216,7 +216,7 @@ mod tests {
         let (level, _, fix) = check(stranger.uid, 0o600, &stranger, KeptOut);
         assert_eq!(level, Level::Fail);
         assert!(fix.contains("namei -l"), "{fix}");
-        // Behind a widened mode the daemon has said whom it serves.
+        // Behind a widened mode the daemon has stated whom it serves.
         let own = Refused("the daemon serves its own user and root only");
         let (level, _, fix) = check(1, 0o666, &member, own);
         assert_eq!(level, Level::Fail);

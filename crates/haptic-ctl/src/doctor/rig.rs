@@ -231,12 +231,12 @@ mod tests {
             ..LinkCounts::default()
         };
         let fix = |timer: Option<LatencyTimer>| link(&late, RigState::Idle, timer.as_ref()).fix.expect("a fix");
-        let said = fix(timer("16\n"));
+        let message = fix(timer("16\n"));
         assert!(
-            said.contains("ttyUSB0/latency_timer") && said.contains("ATTR{latency_timer}"),
-            "{said}"
+            message.contains("ttyUSB0/latency_timer") && message.contains("ATTR{latency_timer}"),
+            "{message}"
         );
-        assert!(!said.contains("hub"), "{said}");
+        assert!(!message.contains("hub"), "{message}");
         assert!(fix(timer("1\n")).contains("hub"));
         assert!(fix(LatencyTimer::of_node(folder.path(), folder.path())).contains("hub"));
         let few = LinkCounts { late: 0, ..late };

@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn the_watchers_socket_is_told_from_the_control_socket() {
+    fn the_watchers_socket_is_distinguished_from_the_control_one() {
         let found = |rights| served(Path::new("/run/x.sock"), rights).found;
         assert!(found(Rights::Watch).contains("the watchers' socket"));
         assert_eq!(found(Rights::All), "/run/x.sock is served");

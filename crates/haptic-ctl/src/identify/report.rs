@@ -47,7 +47,7 @@ impl Arguments {
     }
 
     /// Writes what was asked for. A scene is not written where the record does not determine one; that is
-    /// said, and ends with exit code 1.
+    /// reported, and ends with exit code 1.
     pub(super) fn write(&self, origin: &str, identification: &Identification, json: bool) -> Result<(), Failure> {
         let found = &identification.found;
         if let Some((path, format)) = &self.plot {

@@ -249,7 +249,7 @@ struct Session<'a> {
     link: LinkWatch,
     observations: Observations,
     clock: TickClock,
-    /// The tick after the newest that was heard of.
+    /// The tick after the newest that was received.
     next_tick: u64,
     upsets: Upsets,
     markers: u64,

@@ -20,7 +20,7 @@ pub(crate) async fn subscribe(
     subscription: Request,
     notes: Option<String>,
 ) -> Result<(Status, Metadata), Failure> {
-    // Kept as it was said: a later daemon may say more than this program knows of.
+    // Kept as it was sent: a later daemon may send more than this program knows of.
     let configuration: serde_json::Value = daemon.ask(Request::Status {}).await?;
     let status = Status::deserialize(&configuration).map_err(ClientError::BadAnswer)?;
     let subscribed: SubscribeReply = daemon.ask(subscription).await?;
@@ -113,7 +113,7 @@ impl RecordingUnderWay {
         *self.totals.borrow()
     }
 
-    /// Whether it can still be written; after an error nothing more is heard of it.
+    /// Whether it can still be written; after an error nothing more is reported of it.
     pub(crate) fn check(&mut self) -> io::Result<()> {
         match self.ended.try_recv() {
             Err(TryRecvError::Empty) => Ok(()),

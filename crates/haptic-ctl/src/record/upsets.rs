@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_and_stops_of_a_recording_are_told() {
+    fn faults_and_stops_of_a_recording_are_reported() {
         let mut upsets = Upsets::new(RigState::Engaged, 1000.0);
         // Changes overtake the rows on their way.
         upsets.take(&state(2521, RigState::Faulted, Some("stalled")));

@@ -157,14 +157,14 @@ fn order(summary: &Summary) -> String {
         (repeated, "with the tick of the row before"),
         (back, "with an earlier tick"),
     ];
-    let told: Vec<String> = parts
+    let reported: Vec<String> = parts
         .iter()
         .filter(|(rows, _)| *rows > 0)
         .map(|(rows, what)| format!("{} {what}", count(*rows, "row")))
         .collect();
-    match told.is_empty() {
+    match reported.is_empty() {
         true => "each tick after the one before".to_owned(),
-        false => told.join(", "),
+        false => reported.join(", "),
     }
 }
 

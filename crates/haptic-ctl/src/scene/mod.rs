@@ -169,7 +169,7 @@ async fn saved(
     output::unless_quiet(&text(reply))
 }
 
-/// Where a saved scene is. The files of a service are its own: whoever cannot open them is told what shows the scene.
+/// Where a saved scene is. The files of a service are its own: who cannot open them gets the command that shows it.
 fn place(SceneSaveReply { name, path }: &SceneSaveReply) -> String {
     match File::open(path) {
         Ok(_) => format!("{name} is in {path}"),

@@ -93,11 +93,11 @@ mod tests {
 
     #[test]
     fn a_note_says_what_unbalances_a_square() {
-        let said = |count, given| unbalanced(3, count, given).unwrap_or_default();
+        let note = |count, given| unbalanced(3, count, given).unwrap_or_default();
         let square = "note: the Latin square of 3 is balanced with 6 subjects, or a multiple of that; ";
-        assert_eq!(said(4, 0), format!("{square}there are 4"));
+        assert_eq!(note(4, 0), format!("{square}there are 4"));
         let broken = "the table gives 1 of 6 an order of their own, which breaks it";
-        assert_eq!(said(6, 1), format!("{square}{broken}"));
-        assert_eq!((said(6, 0), said(12, 0), said(2, 2)), Default::default());
+        assert_eq!(note(6, 1), format!("{square}{broken}"));
+        assert_eq!((note(6, 0), note(12, 0), note(2, 2)), Default::default());
     }
 }

@@ -80,8 +80,8 @@ mod tests {
 
     #[test]
     fn a_checked_plan_says_what_a_subject_does() {
-        let said = |name: &str| contents(&read(name).expect("a plan").0);
-        assert_eq!(said("fitts"), "5 resistances, 432 trials a subject");
-        assert_eq!(said("perception"), "3 tests, at most 400 trials a subject");
+        let text = |name: &str| contents(&read(name).expect("a plan").0);
+        assert_eq!(text("fitts"), "5 resistances, 432 trials a subject");
+        assert_eq!(text("perception"), "3 tests, at most 400 trials a subject");
     }
 }

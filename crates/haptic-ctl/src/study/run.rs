@@ -256,12 +256,12 @@ mod tests {
 
     #[test]
     fn a_run_says_first_how_long_it_takes_at_most() {
-        let said = |name: &str, trials| extent(&plan::read(name).expect("a plan").0, trials);
+        let text = |name: &str, trials| extent(&plan::read(name).expect("a plan").0, trials);
         assert_eq!(
-            said("perception", 808).as_deref(),
+            text("perception", 808).as_deref(),
             Some("at most 808 trials of 7.5 s, 102 min; simulated faster")
         );
-        assert_eq!(said("fitts", 880).as_deref(), Some("880 trials"));
-        assert_eq!(said("perception", 0), None);
+        assert_eq!(text("fitts", 880).as_deref(), Some("880 trials"));
+        assert_eq!(text("perception", 0), None);
     }
 }

@@ -152,14 +152,14 @@ impl Screen {
         let is_stop = intent == Some(Intent::Stop);
         // What waits behind another answer must not bring the force back after the stop.
         let before = self.stops.fetch_add(u64::from(is_stop), Ordering::Relaxed);
-        let way = if is_stop { &self.stopping } else { &self.asking };
+        let queue = if is_stop { &self.stopping } else { &self.asking };
         if is_stop {
             // The answer to the stop before it is none to this one.
             lock(&self.model).stop_sent();
         }
         match intent {
             Some(Intent::Quit) => return ControlFlow::Break(()),
-            Some(intent) if way.try_send((intent, before)).is_err() => lock(&self.model).hung(),
+            Some(intent) if queue.try_send((intent, before)).is_err() => lock(&self.model).hung(),
             Some(_) => {}
             None => lock(&self.model).help_key(key),
         }

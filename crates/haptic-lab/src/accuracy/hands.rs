@@ -70,7 +70,7 @@ impl Hand {
     }
 
     /// The motion with constant acceleration between two samples, so that on the device itself the
-    /// way of the hand is known everywhere: the velocities are those of a swing. A hand that turns
+    /// path of the hand is known everywhere: the velocities are those of a swing. A hand that turns
     /// in nearly every millisecond is sampled at 10 kHz: two samples would not say where it went.
     #[must_use]
     pub fn motion_on_device(&self, samples: usize) -> Vec<DeviceSample> {

@@ -16,7 +16,7 @@ pub(super) struct Alignment {
     pub(super) shift_s: f64,
     /// Position of the second less that of the first, m.
     pub(super) position_offset_m: f64,
-    /// Agreement of the positions: 1 for the same motion, less for another way or another size.
+    /// Agreement of the positions: 1 for the same motion, less for another path or another size.
     pub(super) agreement: f64,
     /// Time that both hold, s.
     pub(super) overlap_s: f64,
@@ -78,7 +78,7 @@ fn signed(count: usize) -> i64 {
     i64::try_from(count).unwrap_or(i64::MAX)
 }
 
-/// The part of a motion, as long as is looked for, with the longest way; and where it begins.
+/// The part of a motion, as long as is looked for, with the longest path; and where it begins.
 fn liveliest(positions: &[f64], step_s: f64) -> (&[f64], usize) {
     #[expect(
         clippy::cast_possible_truncation,
@@ -89,14 +89,14 @@ fn liveliest(positions: &[f64], step_s: f64) -> (&[f64], usize) {
     if positions.len() <= length {
         return (positions, 0);
     }
-    let way = |begin: usize| {
+    let travel = |begin: usize| {
         let part = &positions[begin..begin + length];
         part.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum::<f64>()
     };
     let last = positions.len() - length;
     let begins = (0..=last)
         .step_by((length / 4).max(1))
-        .max_by(|&a, &b| way(a).total_cmp(&way(b)))
+        .max_by(|&a, &b| travel(a).total_cmp(&travel(b)))
         .unwrap_or(0);
     (&positions[begins..begins + length], begins)
 }

@@ -22,7 +22,7 @@ const HALF_MEAN_S: f64 = 0.02;
 const MAX_S: f64 = 0.5;
 const TRIED: i32 = 10;
 
-/// Longest shift from the one that was found by whole samples, s: so far a fit is sure of its way.
+/// Longest shift from the one that was found by whole samples, s: up to there a fit converges.
 const FARTHEST_S: f64 = 0.1;
 
 /// Least agreement of the positions at which a drift is looked for, which blurs them in a long record.

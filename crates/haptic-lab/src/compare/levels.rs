@@ -11,7 +11,7 @@ const MIN_S: f64 = 0.05;
 const SLOWEST_SHARE: f64 = 0.05;
 /// Samples that are faster than this share of them do not decide which speeds are fast.
 const FASTEST_SHARE: f64 = 0.95;
-/// A breakaway is over after this way or this time: a rendered block sets off once its coupling is
+/// A breakaway is over after this distance or this time: a rendered block sets off once its coupling is
 /// stretched, 0.2 mm for 2 N at 25 N/mm after a turn.
 const BREAKAWAY_M: f64 = 5e-4;
 const BREAKAWAY_S: f64 = 1.0;

@@ -134,7 +134,7 @@ impl Signal {
         }
     }
 
-    /// The sample before a time, and the share of the way to the next one.
+    /// The sample before a time, and the share of the interval to the next one.
     fn place(&self, t_s: f64) -> (usize, f64) {
         let place = ((t_s - self.start_s) / self.period_s).clamp(0.0, count_of(self.len() - 1));
         #[expect(

@@ -19,11 +19,11 @@ fn usual(t: f64) -> (f64, f64) {
             (0.02 * (1.0 - phase.cos()), 0.02 * rate * phase.sin())
         }
         _ => {
-            let way = (0.001 * (t - 6.0)).rem_euclid(0.004);
-            if way < 0.002 {
-                (way, 0.001)
+            let travel = (0.001 * (t - 6.0)).rem_euclid(0.004);
+            if travel < 0.002 {
+                (travel, 0.001)
             } else {
-                (0.004 - way, -0.001)
+                (0.004 - travel, -0.001)
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The force of a motor that repeats itself along the way, from slow sweeps to and fro.
+//! The force of a motor that repeats itself along the travel, from slow sweeps to and fro.
 //!
 //! ```text
 //! F = level(direction) + sum of a_k cos(k p) + b_k sin(k p),   p = 2 pi x / period
@@ -21,7 +21,7 @@ use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
-/// Bins over the way of the sweep.
+/// Bins over the travel of the sweep.
 const BINS: usize = 400;
 
 /// Smallest pivot of a normal matrix that can be solved: its entries are counts of bins.
@@ -33,11 +33,11 @@ const MIN_SAMPLES: usize = 3;
 /// Fewest bins with samples.
 const MIN_BINS: usize = 60;
 
-/// Fewest bins in a period, and fewest periods in the way: what is finer or longer is not seen.
+/// Fewest bins in a period, and fewest periods in the travel: what is finer or longer is not seen.
 const BINS_A_PERIOD: f64 = 10.0;
 const MIN_PERIODS: f64 = 1.5;
 
-/// Steps of the search in one turn over the whole way.
+/// Steps of the search in one turn over the whole travel.
 const STEPS_A_TURN: f64 = 8.0;
 
 /// A period that is a whole fraction of another one is taken if it leaves at most this much more.
@@ -114,7 +114,7 @@ pub fn at_speed(ticks: &[(f64, f64, f64)], period_s: f64) -> Vec<SweepSample> {
 /// # Errors
 /// Why there is none to be seen, with the figures.
 pub fn cogging(samples: &[SweepSample], mass_kg: f64) -> Result<FoundCogging, String> {
-    let (bins, way_m) = binned(samples, mass_kg);
+    let (bins, travel_m) = binned(samples, mass_kg);
     if bins.len() < MIN_BINS {
         return Err(format!(
             "the sweep covers {} places, and {MIN_BINS} are needed",
@@ -127,7 +127,7 @@ pub fn cogging(samples: &[SweepSample], mass_kg: f64) -> Result<FoundCogging, St
     let most_turns = bins.len() as f64 / LEVELS as f64 / BINS_A_PERIOD;
     let steps = ((most_turns - MIN_PERIODS) * STEPS_A_TURN).max(0.0) as usize;
     let turns = |step: usize| MIN_PERIODS + step as f64 / STEPS_A_TURN;
-    let left = |turns: f64| fit(&bins, way_m / turns).map_or(f64::INFINITY, |fitted| fitted.left);
+    let left = |turns: f64| fit(&bins, travel_m / turns).map_or(f64::INFINITY, |fitted| fitted.left);
     let best = (0..=steps)
         .map(turns)
         .min_by(|a, b| left(*a).total_cmp(&left(*b)))
@@ -138,7 +138,7 @@ pub fn cogging(samples: &[SweepSample], mass_kg: f64) -> Result<FoundCogging, St
         .map(|divisor| refined(best * divisor as f64, left))
         .find(|turns| *turns <= most_turns && left(*turns) <= NEARLY_AS_GOOD * left(best));
     let turns = refined(shortest.unwrap_or(best), left);
-    let period_m = way_m / turns;
+    let period_m = travel_m / turns;
     let fitted = fit(&bins, period_m).ok_or("the sweep's positions do not separate the harmonics")?;
     let freedom = (bins.len() - COEFFICIENTS) as f64;
     let variance = fitted.left / freedom;
@@ -186,7 +186,7 @@ struct Bin {
     force_n: f64,
 }
 
-/// The bins with samples, and the way that they cover, m.
+/// The bins with samples, and the travel that they cover, m.
 fn binned(samples: &[SweepSample], mass_kg: f64) -> (Vec<Bin>, f64) {
     let least = samples
         .iter()
@@ -196,13 +196,13 @@ fn binned(samples: &[SweepSample], mass_kg: f64) -> (Vec<Bin>, f64) {
         .iter()
         .map(|sample| sample.position_m)
         .fold(f64::NEG_INFINITY, f64::max);
-    let way_m = greatest - least;
-    if way_m.is_nan() || way_m <= 0.0 {
+    let travel_m = greatest - least;
+    if travel_m.is_nan() || travel_m <= 0.0 {
         return (Vec::new(), 0.0);
     }
     let mut sums = vec![[(0.0, 0.0, 0_usize); 2]; BINS];
     for sample in samples {
-        let index = (((sample.position_m - least) / way_m * BINS as f64) as usize).min(BINS - 1);
+        let index = (((sample.position_m - least) / travel_m * BINS as f64) as usize).min(BINS - 1);
         let sum = &mut sums[index][usize::from(sample.direction < 0.0)];
         let force_n = sample.force_n - mass_kg * sample.acceleration_mps2;
         *sum = (sum.0 + sample.position_m, sum.1 + force_n, sum.2 + 1);
@@ -219,7 +219,7 @@ fn binned(samples: &[SweepSample], mass_kg: f64) -> (Vec<Bin>, f64) {
             }
         }
     }
-    (bins, way_m)
+    (bins, travel_m)
 }
 
 /// A place near `turns` that leaves the least.
@@ -310,8 +310,8 @@ mod tests {
         (0..8000)
             .map(|k| {
                 let direction = if k < 4000 { 1.0 } else { -1.0 };
-                let way = f64::from(k % 4000) * 1e-5 - 0.02;
-                let position = direction * way;
+                let travel = f64::from(k % 4000) * 1e-5 - 0.02;
+                let position = direction * travel;
                 let friction = if direction > 0.0 { 0.9 } else { -0.7 };
                 SweepSample {
                     position_m: position,

@@ -187,7 +187,7 @@ impl<'a> Progress<'a> {
 pub enum Clocks {
     /// One clock, as it is known.
     One,
-    /// One clock, as one file has it: the shift is 0, and it is said where another would fit better.
+    /// One clock, as one file has it: the shift is 0, and a note says where another would fit better.
     #[default]
     OneFile,
     /// One clock, and perhaps a delay of one of the columns, as by a filter: a shift is looked for.

@@ -88,11 +88,11 @@ impl Movement {
             Self::Ramp {
                 speed_mps, stroke_m, ..
             } => {
-                let on_the_way = (speed_mps * t_s).rem_euclid(2.0 * stroke_m);
-                if on_the_way < stroke_m {
-                    (on_the_way, speed_mps)
+                let travelled_m = (speed_mps * t_s).rem_euclid(2.0 * stroke_m);
+                if travelled_m < stroke_m {
+                    (travelled_m, speed_mps)
                 } else {
-                    (2.0 * stroke_m - on_the_way, -speed_mps)
+                    (2.0 * stroke_m - travelled_m, -speed_mps)
                 }
             }
             Self::Rest { .. } => (0.0, 0.0),

@@ -24,7 +24,7 @@ pub struct Movement {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Task {
-    /// Where the one before has ended: one that ended beyond its target has lengthened the way back.
+    /// Where the one before has ended: one that ended beyond its target has lengthened the path back.
     #[default]
     Serial,
     /// At the centre of a place of its own.

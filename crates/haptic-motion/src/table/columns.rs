@@ -28,7 +28,7 @@ pub(super) enum Dimension {
     /// It is one of this quantity.
     Own,
     /// There is none.
-    Unsaid,
+    Unstated,
     /// It is one of another, or nobody knows it.
     Other,
 }
@@ -182,7 +182,7 @@ impl Quantity {
         let of = |name: &str| {
             let rest = words.strip_prefix(name)?;
             let Some(unit) = rest.strip_prefix('_') else {
-                return rest.is_empty().then_some(Dimension::Unsaid);
+                return rest.is_empty().then_some(Dimension::Unstated);
             };
             let is_in_brackets = in_brackets(title).is_some_and(|text| plain(text) == unit);
             if self.units().iter().any(|(own, _)| *own == unit) {

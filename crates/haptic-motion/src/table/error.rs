@@ -13,7 +13,7 @@ pub enum TableError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The file has no table.
@@ -130,7 +130,7 @@ pub enum TableError {
         /// How often it goes back, or is wrong.
         falls: usize,
     },
-    /// The unit of the times is not said, and they are no seconds.
+    /// The unit of the times is not stated, and they are no seconds.
     #[error("{}: the times have no unit, and begin with {first}: rows {step} s apart are no motion. Is it in ms, us or \
              ns? Say so with --time-unit, or in the title, as in time_ms", .path.display())]
     NoTimeUnit {

@@ -410,7 +410,7 @@ impl Table {
             .map(|row| kept.next_if(|&&at| at == row).is_some())
             .collect();
         self.retain(&is_kept);
-        self.notes.push(times.told());
+        self.notes.push(times.summary());
         self.notes.extend(times.notes);
         self.t_s = times.t_s;
         Ok(())

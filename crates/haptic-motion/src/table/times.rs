@@ -1,8 +1,8 @@
 //! One model of the stamps of a table: which are wrong, where the clock fell back, and what is even underneath.
 //!
 //! Stamps of even samples are even, rounded to few digits, or given to many rows at once, with gaps between them. A
-//! counter wraps around, a clock is reset, a second take begins, and some stamps are wrong. What is decided is decided
-//! by figures that a few rows cannot move, and said.
+//! counter wraps around, a clock is reset, a second take begins, and some stamps are wrong. Decisions rest on
+//! figures that a few rows cannot move, and are reported.
 
 use crate::median::{extent, median};
 
@@ -88,7 +88,7 @@ impl Times {
     }
 
     /// The times for a person: rows, rate and duration.
-    pub(super) fn told(&self) -> String {
+    pub(super) fn summary(&self) -> String {
         let duration_s = self.t_s.last().unwrap_or(&0.0) - self.t_s.first().unwrap_or(&0.0);
         let rate_hz = if self.period_s > 0.0 { 1.0 / self.period_s } else { 0.0 };
         format!("{} rows, {rate_hz:.5} Hz, {duration_s:.3} s", self.t_s.len())
@@ -548,8 +548,8 @@ mod tests {
     }
 
     #[test]
-    fn it_is_told_by_rows_rate_and_duration() {
+    fn the_summary_has_rows_rate_and_duration() {
         let stamps: Vec<f64> = (0..5001).map(|k| f64::from(k) * 4e-3).collect();
-        assert_eq!(of(&stamps).told(), "5001 rows, 250.00000 Hz, 20.000 s");
+        assert_eq!(of(&stamps).summary(), "5001 rows, 250.00000 Hz, 20.000 s");
     }
 }

@@ -40,7 +40,7 @@ pub struct Connection {
     sender: UpdateSender,
 }
 
-/// The ways to the daemon.
+/// The channels to the daemon.
 #[derive(Debug)]
 struct Outgoing {
     stop: StopPath,

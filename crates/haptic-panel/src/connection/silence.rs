@@ -3,11 +3,11 @@
 
 use std::time::{Duration, Instant};
 
-/// Time without a sample after which it is told: nine batches of [`BATCH_MS`](crate::intent::BATCH_MS).
-const TOLD_AFTER: Duration = Duration::from_millis(300);
+/// Time without a sample after which it is reported: nine batches of [`BATCH_MS`](crate::intent::BATCH_MS).
+const REPORT_AFTER: Duration = Duration::from_millis(300);
 
-/// Time between two tellings of one silence.
-const TOLD_EVERY: Duration = Duration::from_millis(100);
+/// Time between two reports of one silence.
+const REPORT_EVERY: Duration = Duration::from_millis(100);
 
 /// The times of the newest line and the newest sample.
 #[derive(Debug)]
@@ -16,7 +16,7 @@ pub(super) struct Silence {
     sample: Instant,
     /// When to look again.
     due: Instant,
-    is_told: bool,
+    is_reported: bool,
 }
 
 impl Silence {
@@ -25,8 +25,8 @@ impl Silence {
         Self {
             line: now,
             sample: now,
-            due: now + TOLD_AFTER,
-            is_told: false,
+            due: now + REPORT_AFTER,
+            is_reported: false,
         }
     }
 
@@ -34,7 +34,7 @@ impl Silence {
     pub(super) fn hear(&mut self, has_samples: bool, now: Instant) {
         self.line = now;
         if has_samples {
-            (self.sample, self.due) = (now, now + TOLD_AFTER);
+            (self.sample, self.due) = (now, now + REPORT_AFTER);
         }
     }
 
@@ -51,13 +51,13 @@ impl Silence {
     /// What to tell, if anything: the time without a sample, or zero when samples come again.
     pub(super) fn news(&mut self, now: Instant) -> Option<Duration> {
         let lasts = now.saturating_duration_since(self.sample);
-        if lasts < TOLD_AFTER {
-            return std::mem::take(&mut self.is_told).then_some(Duration::ZERO);
+        if lasts < REPORT_AFTER {
+            return std::mem::take(&mut self.is_reported).then_some(Duration::ZERO);
         }
         if now < self.due {
             return None;
         }
-        (self.due, self.is_told) = (now + TOLD_EVERY, true);
+        (self.due, self.is_reported) = (now + REPORT_EVERY, true);
         Some(lasts)
     }
 }
@@ -68,7 +68,7 @@ mod tests {
 
     // hazard: H28
     #[test]
-    fn no_sample_for_300_ms_is_told_whatever_else_is_said() {
+    fn no_sample_for_300_ms_is_reported_whatever_else_is_sent() {
         let begin = Instant::now();
         let at = |ms| begin + Duration::from_millis(ms);
         let ms = |ms| Some(Duration::from_millis(ms));
@@ -82,7 +82,7 @@ mod tests {
         assert_eq!(silence.news(at(1285)), None);
         assert_eq!(silence.wait(at(1285)), Duration::from_millis(1));
         assert_eq!(silence.news(at(1286)), ms(300));
-        assert_eq!(silence.news(at(1287)), None, "it is told");
+        assert_eq!(silence.news(at(1287)), None, "it is reported");
         assert_eq!(silence.wait(at(1287)), Duration::from_millis(99));
         assert_eq!(silence.news(at(1386)), ms(400));
         assert_eq!(silence.since_line(at(1386)), Duration::from_millis(186));

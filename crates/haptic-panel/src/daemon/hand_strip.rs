@@ -1,5 +1,5 @@
-//! The hand on the fake rig of `--hand mouse`: its arm pulls the handle to where the pointer is dragged. The way by
-//! which the handle lags, and a bar, show the force.
+//! The hand on the fake rig of `--hand mouse`: its arm pulls the handle to where the pointer is dragged. The distance
+//! by which the handle lags, and a bar, show the force.
 
 use super::Daemon;
 use crate::intent::Intent;
@@ -134,8 +134,8 @@ fn paint_force(ui: &Ui, painter: &Painter, strip: Rect, force_n: f64, daemon: &D
     let limit_n = daemon.force_limit_n();
     let limit_n = if limit_n.is_finite() { limit_n } else { DEFAULT_LIMIT_N };
     #[expect(clippy::cast_possible_truncation, reason = "points of a window")]
-    let way = ((force_n / limit_n).clamp(-1.0, 1.0) * f64::from(strip.width()) / 2.0) as f32;
+    let length = ((force_n / limit_n).clamp(-1.0, 1.0) * f64::from(strip.width()) / 2.0) as f32;
     let (x, top) = (strip.center().x, strip.bottom() - BAR_HEIGHT);
-    let bar = Rect::from_two_pos(pos2(x, top), pos2(x + way, strip.bottom()));
+    let bar = Rect::from_two_pos(pos2(x, top), pos2(x + length, strip.bottom()));
     painter.rect_filled(bar, 0, Palette::of(ui).device);
 }

@@ -37,7 +37,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, is_at_recording: bool, intents:
         ui.set_height(HEIGHT);
         show_state(ui, daemon, intents);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if is_at_recording && !daemon.stop.is_told() {
+            if is_at_recording && !daemon.stop.is_shown() {
                 ui.allocate_space(button::SIZE);
             } else {
                 stop = button::show(ui, daemon.is_connected());

@@ -100,12 +100,12 @@ fn serve(stream: UnixStream, answer: Answer) -> Option<()> {
     while !line.ends_with("BEGIN\r\n") {
         line.clear();
         input.read_line(&mut line).ok()?;
-        let said = match line.trim_start_matches('\0') {
+        let reply = match line.trim_start_matches('\0') {
             auth if auth.starts_with("AUTH") => "OK 0123456789abcdef0123456789abcdef\r\n",
             begin if begin.starts_with("BEGIN") => "",
             _ => "ERROR\r\n",
         };
-        out.write_all(said.as_bytes()).ok()?;
+        out.write_all(reply.as_bytes()).ok()?;
     }
     const CLIENT: (u8, &str, &str) = (6, "s", ":1.1");
     const PORTAL: (u8, &str, &str) = (7, "s", "org.freedesktop.portal.Desktop");
@@ -184,10 +184,10 @@ fn asked(answer: Option<Answer>) -> String {
         let serve_one = move |stream| thread::spawn(move || serve(stream, answer));
         thread::spawn(move || bus.incoming().flatten().map(serve_one).for_each(drop));
     }
-    let said = child.output().expect("it runs").stdout;
-    let said = String::from_utf8(said).expect("a text");
-    let line = said.lines().find_map(|line| line.split_once("asked: "));
-    line.unwrap_or_else(|| panic!("{said}")).1.to_owned()
+    let output = child.output().expect("it runs").stdout;
+    let output = String::from_utf8(output).expect("a text");
+    let line = output.lines().find_map(|line| line.split_once("asked: "));
+    line.unwrap_or_else(|| panic!("{output}")).1.to_owned()
 }
 
 #[test]

@@ -96,7 +96,7 @@ pub(crate) enum Foreseen {
     #[default]
     Unasked,
     Asked,
-    Told(Result<Vec<Advice>, String>),
+    Known(Result<Vec<Advice>, String>),
 }
 
 /// The steps of a try: a lease first, so that the rig is released should the panel be lost meanwhile.
@@ -250,7 +250,7 @@ impl Fitting {
         match (intent, result) {
             (Intent::Foresee { scene }, result) => {
                 if self.foreseen.as_ref() == Some(&**scene) {
-                    self.advice = Foreseen::Told(match result {
+                    self.advice = Foreseen::Known(match result {
                         Ok(Answer::Changed(reply)) => Ok(reply.advice),
                         Ok(_) => Err("the daemon's answer is not that to a change".to_owned()),
                         Err(error) => Err(error.message),

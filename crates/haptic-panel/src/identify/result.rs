@@ -129,11 +129,11 @@ fn show_saving(ui: &mut Ui, fitting: &mut Fitting, scene: &Scene, is_connected: 
 fn show_advice(ui: &mut Ui, advice: &Foreseen) {
     let palette = Palette::of(ui);
     match advice {
-        Foreseen::Told(Ok(advice)) if advice.is_empty() => {
+        Foreseen::Known(Ok(advice)) if advice.is_empty() => {
             let text = "The adviser has no objection to this scene on this rig";
             wrapped(ui, text, ui.visuals().text_color());
         }
-        Foreseen::Told(Ok(advice)) => {
+        Foreseen::Known(Ok(advice)) => {
             let plural = if advice.len() == 1 { "" } else { "s" };
             let title = format!("The adviser has {} remark{plural} on this scene", advice.len());
             let title = RichText::new(title).color(palette.caution_text);
@@ -147,7 +147,7 @@ fn show_advice(ui: &mut Ui, advice: &Foreseen) {
                     }
                 });
         }
-        Foreseen::Told(Err(why)) => wrapped(ui, &format!("The daemon refuses this scene: {why}"), palette.error_text),
+        Foreseen::Known(Err(why)) => wrapped(ui, &format!("The daemon refuses this scene: {why}"), palette.error_text),
         Foreseen::Unasked | Foreseen::Asked => {}
     }
 }

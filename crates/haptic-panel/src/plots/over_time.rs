@@ -406,7 +406,7 @@ fn take_pointer(ui: &Ui, tapes: &Tapes, scope: &mut Scope, shown: &PlotResponse<
         let by_s = f64::from(response.drag_delta().x) / transform.dpos_dvalue_x();
         let cursor = ui.data(|data| data.get_temp::<Option<usize>>(grabbed)).flatten();
         match (cursor, response.interact_pointer_pos()) {
-            // Not by the way of the pointer, which may have jumped in the frame of the press.
+            // Not by the travel of the pointer, which may have jumped in the frame of the press.
             (Some(cursor), Some(pos)) => scope.cursors.at_s[cursor] = time_at(pos),
             (None, _) if by_s != 0.0 => scope.shift(-by_s, tapes),
             _ => {}

@@ -48,7 +48,7 @@ impl Listed {
         is_read && (&self.path, self.bytes, self.modified) == (&other.path, other.bytes, other.modified)
     }
 
-    /// What is said of it.
+    /// The line that describes it.
     #[must_use]
     pub fn line(&self) -> String {
         let About { scene, notes, length } = match &self.about {

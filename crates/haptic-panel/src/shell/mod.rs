@@ -68,7 +68,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     if model.daemon.was_connected {
         let Model { daemon, tapes, view } = &mut *model;
         Panel::bottom("timing").show(ui, |ui| {
-            // What a daemon said that has gone is dimmed and keeps its place.
+            // The values of a daemon that has gone are dimmed and keep their place.
             ui.add_enabled_ui(daemon.is_connected(), |ui| {
                 timing_panel::show(ui, daemon, tapes.clipping(), &mut view.histograms_shown);
             });
@@ -77,8 +77,8 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     if model.daemon.takes_hand() {
         Panel::bottom("hand").show(ui, |ui| {
             // A daemon that hangs would move it later.
-            let is_heard = model.daemon.is_connected() && model.daemon.silence().is_none();
-            ui.add_enabled_ui(is_heard, |ui| hand_strip::show(ui, model, &mut intents));
+            let is_sending = model.daemon.is_connected() && model.daemon.silence().is_none();
+            ui.add_enabled_ui(is_sending, |ui| hand_strip::show(ui, model, &mut intents));
         });
     }
     page::show(model.view.page, ui, model, &mut intents);

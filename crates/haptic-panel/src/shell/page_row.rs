@@ -42,7 +42,7 @@ fn is_offered(model: &Model, page: Page) -> bool {
     page != Page::Plane || model.has_plane() || model.view.page == page
 }
 
-/// What is said while no sample comes.
+/// The message while no sample comes.
 fn silence_line(lasts: Duration) -> String {
     let s = lasts.as_secs_f64();
     format!("No sample for {s:.1} s: if in doubt, cut the motor's power. Stop is still sent")

@@ -82,7 +82,7 @@ pub(crate) fn report(ui: &Ui, stop: &StopReport, rig: Option<&RigMirror>) -> Opt
             return Some((text, palette.error_text));
         }
         StopReport::Failed { reason } => return Some((format!("Not stopped: {reason}"), palette.error_text)),
-        StopReport::Unheard { reason } => return Some((format!("Stop not heard: {reason}"), palette.error_text)),
+        StopReport::NoDevice { reason } => return Some((format!("Stop not heard: {reason}"), palette.error_text)),
         StopReport::NotSent { reason } => {
             return Some((
                 format!("Stop NOT sent: {reason}. {CUT}. It is still tried."),

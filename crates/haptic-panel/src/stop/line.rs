@@ -26,7 +26,7 @@ pub(super) struct Stop {
 
 /// A message of the daemon.
 #[derive(Debug)]
-pub(super) enum Heard {
+pub(super) enum Received {
     /// The daemon has greeted: it takes stops now.
     Greeting { is_for_a_moment: bool, session: String },
     /// The stop was answered.
@@ -124,20 +124,20 @@ impl Line {
     }
 
     /// Reads the messages that have arrived.
-    pub(super) fn read(&mut self) -> Result<Vec<Heard>, String> {
-        let mut heard = Vec::new();
+    pub(super) fn read(&mut self) -> Result<Vec<Received>, String> {
+        let mut received = Vec::new();
         let mut chunk = [0; 4096];
         loop {
             match self.stream.read(&mut chunk) {
                 Ok(0) => return Err("no connection".to_owned()),
                 Ok(count) => self.incoming.extend_from_slice(&chunk[..count]),
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(heard),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(received),
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) => return Err(error.to_string()),
             }
             while let Some(end) = self.incoming.iter().position(|byte| *byte == b'\n') {
                 let line: Vec<u8> = self.incoming.drain(..=end).collect();
-                heard.extend(self.hear(&String::from_utf8_lossy(&line))?);
+                received.extend(self.hear(&String::from_utf8_lossy(&line))?);
             }
             if self.incoming.len() > MAX_LINE_BYTES {
                 return Err("what answers there is not a daemon".to_owned());
@@ -145,13 +145,13 @@ impl Line {
         }
     }
 
-    fn hear(&mut self, line: &str) -> Result<Option<Heard>, String> {
+    fn hear(&mut self, line: &str) -> Result<Option<Received>, String> {
         match ServerLine::parse(line) {
             // At any version: every daemon understands a stop.
             Ok(ServerLine::Hello(Hello { rights, session, .. })) => {
                 self.is_greeted = true;
                 let is_for_a_moment = rights == Rights::Stop;
-                Ok(Some(Heard::Greeting {
+                Ok(Some(Received::Greeting {
                     is_for_a_moment,
                     session,
                 }))
@@ -169,7 +169,7 @@ impl Line {
                         WireError::new(haptic_ipc::ErrorCode::Unknown, message)
                     })
                 });
-                Ok(Some(Heard::Answer(stop, reply)))
+                Ok(Some(Received::Answer(stop, reply)))
             }
             // The daemon refused the connection.
             Ok(ServerLine::Answer {

@@ -1,4 +1,4 @@
-//! Stop: its button and keys, what is said of it, and its path to the daemon.
+//! Stop: its button and keys, the report on it, and its path to the daemon.
 //!
 //! The path is a thread for stops alone, on a connection of its own that the daemon has greeted in advance.
 //!

@@ -23,7 +23,7 @@ pub(crate) enum StopReport {
     /// The daemon did not carry it out.
     Failed { reason: String },
     /// The daemon has carried it out, but there was no device to receive it.
-    Unheard { reason: String },
+    NoDevice { reason: String },
     /// It reached no daemon.
     NotSent { reason: String },
 }
@@ -37,7 +37,7 @@ impl StopReport {
     }
 
     /// Whether there is something to say of the user's last stop.
-    pub(crate) fn is_told(&self) -> bool {
+    pub(crate) fn is_shown(&self) -> bool {
         *self != Self::Settled
     }
 
@@ -67,15 +67,15 @@ impl StopReport {
     /// The state of the rig has changed in a tick. The answer to a stop can be here before the event of what it
     /// ended, which may be of the same tick.
     pub(crate) fn take_state(&mut self, before: Option<RigState>, now: RigState, tick: u64) {
-        let is_told = match self {
+        let is_newer = match self {
             Self::Confirmed { tick: stopped, .. } => tick > *stopped,
-            Self::Unheard { .. } => true,
+            Self::NoDevice { .. } => true,
             _ => false,
         };
         let is_reset = before.is_some_and(is_halted) && !is_halted(now);
         // The force is off after all, by another client or a check.
         let is_off = is_halted(now) && matches!(self, Self::Failed { .. });
-        if (is_reset && is_told) || is_off {
+        if (is_reset && is_newer) || is_off {
             *self = Self::Settled;
         }
     }
@@ -155,7 +155,7 @@ impl StopReport {
             Ok(StateReply { state, .. }) => Self::Failed {
                 reason: format!("the daemon answered that the rig is {state}"),
             },
-            Err(error) if error.code == ErrorCode::NoDevice => Self::Unheard { reason: error.message },
+            Err(error) if error.code == ErrorCode::NoDevice => Self::NoDevice { reason: error.message },
             Err(error) => Self::Failed { reason: error.message },
         };
         None

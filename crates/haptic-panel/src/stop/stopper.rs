@@ -1,6 +1,6 @@
 //! The thread that sends stops.
 
-use super::line::{Heard, Line, Stop, UNWRITTEN};
+use super::line::{Line, Received, Stop, UNWRITTEN};
 use super::stops::{Place, Stops};
 use crate::update::StopNews;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -88,22 +88,22 @@ impl Stopper {
         self.send(now, wanted)?;
         self.take_places(now);
         self.connect(now, wanted)?;
-        let heard = self.line.as_mut().map_or(Ok(Vec::new()), Line::read)?;
-        for heard in heard {
-            match heard {
+        let received = self.line.as_mut().map_or(Ok(Vec::new()), Line::read)?;
+        for message in received {
+            match message {
                 // The daemon would close such a line before it is needed, and it takes a place for stops.
-                Heard::Greeting {
+                Received::Greeting {
                     is_for_a_moment: true, ..
                 } if wanted.is_none() => {
                     self.line = None;
                     self.next_try = now + CROWDED_RETRY;
                 }
-                Heard::Greeting { session, .. } => {
+                Received::Greeting { session, .. } => {
                     if let Some(number) = self.stops.greeted(&session) {
                         self.report(number, StopNews::Dropped);
                     }
                 }
-                Heard::Answer(stop, result) => {
+                Received::Answer(stop, result) => {
                     self.stops.settle(stop.number);
                     let after = stop.pressed_at.elapsed();
                     self.report(stop.number, StopNews::Answered { after, result });

@@ -31,7 +31,7 @@ const LEASE_MS: u32 = 3000;
 /// Shortest time for which words stay, s: a second click is no wish to go on.
 const MIN_WORDS_S: f64 = 0.5;
 
-/// A session, and how far its way through the rig's states is.
+/// A session, and its progress through the rig's states.
 #[derive(Debug)]
 pub(super) struct Conductor {
     session: PersonSession,

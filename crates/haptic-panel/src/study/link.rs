@@ -1,4 +1,4 @@
-//! The way to the study's thread: what the daemon says, and what the experimenter asks.
+//! The channel to the study's thread: what the daemon says, and what the experimenter asks.
 
 use super::news::{StudyCommand, StudyNews};
 use super::session_thread::{Job, SendIntent, SessionThread};

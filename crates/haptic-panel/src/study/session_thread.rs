@@ -29,7 +29,7 @@ const MAX_WAIT: Duration = Duration::from_millis(50);
 /// Work of the thread.
 #[derive(Debug)]
 pub(super) enum Job {
-    /// What the daemon said.
+    /// What the daemon sent.
     Hear(Update),
     /// What the experimenter asks.
     Command(StudyCommand),

@@ -175,26 +175,30 @@ fn mark_lies_at_the_first_sample_from_its_tick_on() {
     tape.mark(mark(30, "late"));
     tape.mark(mark(10, "early"));
     tape.extend([5, 10, 12].map(row));
-    let told = |tape: &Tape, from_s, to_s| {
+    let marks_of = |tape: &Tape, from_s, to_s| {
         let marks = tape.marks(from_s, to_s);
         marks.map(|(t_s, mark)| (t_s, mark.text.clone())).collect::<Vec<_>>()
     };
     let [early, late] = ["early", "late"].map(str::to_owned);
     assert_eq!(
-        told(&tape, 0.0, 99.0),
+        marks_of(&tape, 0.0, 99.0),
         [(10.0, early.clone()), (12.0, late.clone())],
         "its sample is on its way"
     );
     let frozen = tape.clone();
     tape.extend([40].map(row));
     assert_eq!(
-        told(&tape, 11.0, 99.0),
+        marks_of(&tape, 11.0, 99.0),
         [(40.0, late.clone())],
         "the tick was not sampled"
     );
     tape.extend([72].map(row));
-    assert_eq!(told(&tape, 0.0, 99.0), [(40.0, late)], "a minute is kept");
-    assert_eq!(told(&frozen, 0.0, 11.0), [(10.0, early)], "a frozen tape keeps its own");
+    assert_eq!(marks_of(&tape, 0.0, 99.0), [(40.0, late)], "a minute is kept");
+    assert_eq!(
+        marks_of(&frozen, 0.0, 11.0),
+        [(10.0, early)],
+        "a frozen tape keeps its own"
+    );
 }
 
 /// A sample a millisecond from each of these ticks up to another, in which the block sticks.

@@ -164,8 +164,8 @@ fn show_comparison(ui: &mut Ui, daemon: &DaemonMirror, tuning: &mut Tuning) {
             ui.label(RichText::new(format!("Revision {revision} (active) does not differ from {with}")).small());
         }
         Ok(differences) => {
-            let way = format!("From {with} to revision {revision} (active):");
-            ui.label(RichText::new(way).small().weak());
+            let heading = format!("From {with} to revision {revision} (active):");
+            ui.label(RichText::new(heading).small().weak());
             for difference in differences {
                 ui.add(Label::new(RichText::new(difference.to_string()).small()).wrap());
             }

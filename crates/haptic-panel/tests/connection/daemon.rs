@@ -21,7 +21,7 @@ const HELLO: &str = r#"{"hello":{"protocol":1,"server":"hapticd test","session":
 pub(crate) struct Daemon {
     lines: BufReader<UnixStream>,
     /// Lines that were read to recognise the conversation.
-    heard: VecDeque<String>,
+    received: VecDeque<String>,
     /// Connections that are ready for a stop.
     _for_stops: Vec<UnixStream>,
 }
@@ -59,18 +59,18 @@ impl Daemon {
                 for_stops.push((BufReader::new(stream), VecDeque::new()));
             }
             for place in 0..for_stops.len() {
-                let (lines, heard) = &mut for_stops[place];
+                let (lines, received) = &mut for_stops[place];
                 let mut line = String::new();
                 if lines.read_line(&mut line).is_ok_and(|read| read > 0) {
-                    heard.push_back(line);
+                    received.push_back(line);
                 }
-                if heard.iter().any(|line| !is_stop(line)) {
-                    let (lines, heard) = for_stops.swap_remove(place);
+                if received.iter().any(|line| !is_stop(line)) {
+                    let (lines, received) = for_stops.swap_remove(place);
                     lines.get_ref().set_read_timeout(Some(LIMIT)).expect("a time-out");
                     listener.set_nonblocking(false).expect("it can be");
                     return Self {
                         lines,
-                        heard,
+                        received,
                         _for_stops: for_stops.into_iter().map(|(lines, _)| lines.into_inner()).collect(),
                     };
                 }
@@ -85,7 +85,7 @@ impl Daemon {
     /// The next request. Requests for the scene are answered here.
     pub(crate) fn hear(&mut self) -> Envelope {
         loop {
-            let line = self.heard.pop_front().unwrap_or_else(|| {
+            let line = self.received.pop_front().unwrap_or_else(|| {
                 let mut line = String::new();
                 self.lines.read_line(&mut line).expect("a request in time");
                 line

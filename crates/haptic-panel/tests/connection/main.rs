@@ -38,11 +38,11 @@ fn connection_waits_for_a_daemon_and_finds_the_next_one() {
     bench.until_connected();
     let state = of_revision(1);
     daemon.report(&state);
-    let heard = bench.until(|update| match update {
+    let received = bench.until(|update| match update {
         Update::Event(Event::State(event)) => Some(event),
         _ => None,
     });
-    assert_eq!(heard, state);
+    assert_eq!(received, state);
 }
 
 #[test]
@@ -136,9 +136,9 @@ fn a_daemon_that_falls_silent_is_given_up() {
 
 // hazard: H28
 #[test]
-fn a_daemon_that_sends_no_sample_is_told_of_until_it_does() {
+fn a_daemon_that_sends_no_sample_is_reported_until_it_does() {
     let (bench, _listener, mut daemon) = introduced();
-    let told = |update| match update {
+    let no_sample = |update| match update {
         Update::NoSample(lasts) => Some(lasts),
         Update::Disconnected { reason, .. } if reason.contains("said nothing") => panic!("{reason}"),
         _ => None,
@@ -147,10 +147,10 @@ fn a_daemon_that_sends_no_sample_is_told_of_until_it_does() {
     for _ in 0..2 {
         // Whatever else it says.
         daemon.report(&of_revision(1));
-        let first = bench.until(told);
-        assert!(first >= long && bench.until(told) > first);
+        let first = bench.until(no_sample);
+        assert!(first >= long && bench.until(no_sample) > first);
         daemon.say(r#"{"event":"samples","seq":0,"dropped":0,"rows":[]}"#);
-        bench.until(|update| told(update).filter(Duration::is_zero));
+        bench.until(|update| no_sample(update).filter(Duration::is_zero));
     }
 }
 
@@ -170,7 +170,7 @@ fn adviser_is_asked_about_new_scenes_one_request_at_a_time() {
     daemon.answer(second, &format!(r#"{{"revision":3,"advice":[{advice}]}}"#));
     let reply = bench.until(advised).unwrap();
     assert_eq!((reply.revision, reply.advice[0].param.as_str()), (3, "stiffness"));
-    // The scene is the same, so what is heard next is the user.
+    // The scene is the same, so the next request is the user's.
     daemon.report(&of_revision(3));
     bench.connection.send(Intent::Engage);
     assert_eq!(daemon.hear().request, Request::engage());

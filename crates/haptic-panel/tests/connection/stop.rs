@@ -1,4 +1,4 @@
-//! Stops on the connection: always first, on a line of their own, and never said to be sent when
+//! Stops on the connection: always first, on a line of their own, and never reported as sent when
 //! they are not.
 
 use crate::daemon::{Bench, Daemon, LIMIT, StopLine, connected, greet, introduced, is_stop};
@@ -90,7 +90,7 @@ fn stop_counts_as_unsent_until_a_full_socket_takes_it() {
 
 // hazard: H4
 #[test]
-fn a_stop_without_a_daemon_is_told_as_not_sent() {
+fn a_stop_without_a_daemon_is_reported_as_not_sent() {
     let bench = Bench::new();
     bench.until_lost();
     bench.connection.stop();

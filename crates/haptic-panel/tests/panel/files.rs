@@ -1,4 +1,4 @@
-//! Exports and recordings: what is asked for, and what is said of them.
+//! Exports and recordings: what is asked for, and what is shown of them.
 
 use crate::bench::{
     Hands as _, Panel, asked, at_page, connected, hear, is_enabled, panel, press, type_into, value_of, wait,
@@ -162,7 +162,7 @@ fn a_recording_shows_its_length_and_size_until_it_is_ended() {
     wait(&mut panel, 10.0);
     assert!(
         panel.query_by_label_contains("Recorded").is_none(),
-        "it is said for a while"
+        "it is shown for a while"
     );
 }
 

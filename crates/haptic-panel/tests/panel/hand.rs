@@ -69,7 +69,7 @@ fn a_drag_on_the_strip_moves_the_hand_until_it_is_let_go() {
 }
 
 #[test]
-fn a_refused_hand_is_told_and_a_lost_rig_takes_none() {
+fn a_refused_hand_is_shown_and_a_lost_rig_takes_none() {
     let mut panel = with_hand();
     refuse(
         &mut panel,

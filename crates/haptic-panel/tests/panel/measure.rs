@@ -15,7 +15,7 @@ fn svg(panel: &Panel) -> String {
 }
 
 /// The label that begins so.
-fn told(panel: &Panel, beginning: &str) -> String {
+fn label(panel: &Panel, beginning: &str) -> String {
     let all = panel.get_all_by_label_contains(beginning);
     let texts = all.filter_map(|node| node.accesskit_node().value());
     let mut texts = texts.filter(|text| text.starts_with(beginning));
@@ -49,7 +49,7 @@ fn a_shortened_line_has_one_hint_with_the_whole() {
 }
 
 #[test]
-fn statistics_are_told_of_what_is_seen_and_between_the_cursors() {
+fn statistics_cover_what_is_seen_and_between_the_cursors() {
     let mut panel = connected(RigState::Engaged);
     open(&mut panel, "a.csv", rows(0..1000, step), &[]);
     press_item(&mut panel, "Statistics");
@@ -68,8 +68,8 @@ fn statistics_are_told_of_what_is_seen_and_between_the_cursors() {
     panel.hit(Key::Tab);
     enter(&mut panel, "cursor 2", "0.6");
     panel.get_by_label("0.2000 s between the cursors");
-    for told in ["mean 4.00", "rms 4.00", "p-p 0", "over none", "settle none"] {
-        panel.get_by_label(&format!("Force on the hand {told}"));
+    for value in ["mean 4.00", "rms 4.00", "p-p 0", "over none", "settle none"] {
+        panel.get_by_label(&format!("Force on the hand {value}"));
     }
 }
 
@@ -131,10 +131,10 @@ fn reference_recording_aligns_at_a_mark_or_a_crossing() {
     press_item(&mut panel, "Force against velocity");
     assert!(svg(&panel).contains(">Trail, reference</text>"));
     press_item(&mut panel, "Statistics");
-    let shifted = told(&panel, "minus the reference: rms");
+    let shifted = label(&panel, "minus the reference: rms");
     assert!(shifted.contains("peak -5.00 N at 0.2000 s"), "{shifted}");
     let aligned = |panel: &Panel| {
-        let text = told(panel, "minus the reference: rms");
+        let text = label(panel, "minus the reference: rms");
         assert!(text.contains("peak 0.500 N at 0.6000 s"), "{text}");
         let shift = panel.get_by_label("shift of the reference");
         let shift_s = shift.accesskit_node().numeric_value().expect("a number");
@@ -144,7 +144,7 @@ fn reference_recording_aligns_at_a_mark_or_a_crossing() {
     press(&mut panel, "Align at pull");
     aligned(&panel);
     press(&mut panel, "0 s");
-    assert_eq!(told(&panel, "minus the reference: rms"), shifted);
+    assert_eq!(label(&panel, "minus the reference: rms"), shifted);
     press(&mut panel, "Align at set, dynamic_force: 3.5 -> 2.5");
     aligned(&panel);
     press(&mut panel, "0 s");

@@ -138,12 +138,12 @@ pub(crate) fn wheel(panel: &mut Panel, at: egui::Pos2) {
     panel.run_steps(10);
 }
 
-pub(crate) fn drag(panel: &mut Panel, from: egui::Pos2, way: egui::Vec2) {
+pub(crate) fn drag(panel: &mut Panel, from: egui::Pos2, offset: egui::Vec2) {
     panel.drag_at(from);
     panel.run();
-    panel.hover_at(from + way);
+    panel.hover_at(from + offset);
     panel.run();
-    panel.drop_at(from + way);
+    panel.drop_at(from + offset);
     panel.run_steps(10);
 }
 

@@ -379,7 +379,7 @@ fn escape_stops_and_closes_what_is_open() {
 }
 
 #[test]
-fn what_was_done_is_said_for_a_while() {
+fn a_change_is_shown_for_a_while() {
     let mut panel = connected(RigState::Engaged);
     hear(&mut panel, changed(Intent::Undo, 5));
     panel.get_by_label("Undone at tick 1005");

@@ -137,7 +137,7 @@ fn the_button_stops_when_pressed_and_only_once() {
     assert_eq!(asked(&mut panel), [Intent::Stop], "by a screen reader");
 }
 
-/// Presses Space, and looks once at what is said of it.
+/// Presses Space, and looks once at what is shown of it.
 fn press_stop(panel: &mut Panel) {
     panel.event(egui::Event::Key {
         key: Key::Space,
@@ -182,7 +182,7 @@ fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
 
 // hazard: H4
 #[test]
-fn a_stop_is_said_to_be_sent_only_when_it_was() {
+fn a_stop_is_shown_as_sent_only_when_it_was() {
     let mut panel = connected(RigState::Engaged);
     press_stop(&mut panel);
     panel.get_by_label("Stop asked for, not sent yet");
@@ -214,7 +214,7 @@ fn a_stop_is_said_to_be_sent_only_when_it_was() {
 
 #[test]
 fn grey_engage_after_a_stop_says_what_comes_first() {
-    for (state, is_told) in [
+    for (state, is_shown) in [
         (RigState::Stopped, true),
         (RigState::Faulted, true),
         (RigState::Engaged, false),
@@ -222,12 +222,12 @@ fn grey_engage_after_a_stop_says_what_comes_first() {
         let mut panel = connected(state);
         panel.get_by_label("Engage").hover();
         wait(&mut panel, 1.0);
-        assert_eq!(panel.query_by_label("Reset first").is_some(), is_told, "{state:?}");
+        assert_eq!(panel.query_by_label("Reset first").is_some(), is_shown, "{state:?}");
     }
 }
 
 #[test]
-fn a_dropped_stop_is_told_no_longer() {
+fn a_dropped_stop_is_shown_no_longer() {
     let mut panel = connected(RigState::Idle);
     press_stop(&mut panel);
     let reason = "no connection".into();

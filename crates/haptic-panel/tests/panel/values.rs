@@ -87,8 +87,8 @@ fn merges(asked: &[Intent]) -> Vec<bool> {
 #[test]
 fn all_of_a_drag_is_one_step_of_undo() {
     let mut panel = connected(RigState::Engaged);
-    for way in [[0.2, 0.4, 0.6, 0.8], [0.7, 0.5, 0.3, 0.1]] {
-        let merges = merges(&drag_slider(&mut panel, "mass slider", &way));
+    for path in [[0.2, 0.4, 0.6, 0.8], [0.7, 0.5, 0.3, 0.1]] {
+        let merges = merges(&drag_slider(&mut panel, "mass slider", &path));
         assert!(merges.len() >= 4, "{merges:?}");
         assert!(!merges[0] && merges[1..].iter().all(|merge| *merge), "{merges:?}");
     }

@@ -159,7 +159,7 @@ impl Desk {
         let began = Instant::now();
         loop {
             // Before the state is asked for: the panel's other connection may stop it once more, and that must be
-            // heard.
+            // received.
             while self.stopped.try_recv().is_ok() {}
             if self.state() == RigState::Engaged {
                 return;
@@ -271,19 +271,19 @@ fn listen(socket: &Path) -> mpsc::Receiver<Instant> {
     };
     client.request::<SubscribeReply>(subscribe).expect("it subscribes");
     let (_, mut events) = client.split();
-    let (tell, told) = mpsc::channel();
+    let (sender, receiver) = mpsc::channel();
     thread::spawn(move || {
         while let Ok(line) = events.receive() {
             let now = Instant::now();
             if let ServerLine::Event(haptic_ipc::Event::State(event)) = line
                 && event.state == RigState::Stopped
-                && tell.send(now).is_err()
+                && sender.send(now).is_err()
             {
                 return;
             }
         }
     });
-    told
+    receiver
 }
 
 /// Median, 99th percentile and maximum of sorted times.

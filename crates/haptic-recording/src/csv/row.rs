@@ -31,17 +31,17 @@ pub(super) fn parse(text: &[u8], columns: usize, axes: u8) -> Result<(Sample, Op
 }
 
 fn bits(kind: Kind, cell: &str) -> Result<u64, String> {
-    fn said(error: impl Display) -> String {
+    fn reason(error: impl Display) -> String {
         error.to_string()
     }
     match kind {
-        Kind::U64 => cell.parse().map_err(said),
-        Kind::U32 => cell.parse::<u32>().map(u64::from).map_err(said),
-        Kind::F64 => cell.parse().map(f64::to_bits).map_err(said),
+        Kind::U64 => cell.parse().map_err(reason),
+        Kind::U32 => cell.parse::<u32>().map(u64::from).map_err(reason),
+        Kind::F64 => cell.parse().map(f64::to_bits).map_err(reason),
         Kind::Contact => cell
             .parse::<i8>()
             .map(|contact| contact.cast_unsigned().into())
-            .map_err(said),
+            .map_err(reason),
         Kind::State => STATES
             .iter()
             .position(|state| *state == cell)

@@ -116,7 +116,7 @@ mod tests {
     use crate::tests::{metadata, sample};
 
     #[test]
-    fn a_reader_that_has_gone_is_told_from_other_errors() {
+    fn a_reader_that_has_gone_is_distinguished_from_other_errors() {
         let (reader, pipe) = io::pipe().expect("a pipe");
         let mut writer = Writer::new(pipe, &metadata()).expect("begun");
         drop(reader);

@@ -205,8 +205,11 @@ fn a_disk_that_is_full_keeps_a_whole_file() {
         .env(LIMITED, &path)
         .output()
         .expect("a shell");
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success() && said.contains("File too large"), "{said}");
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success() && printed.contains("File too large"),
+        "{printed}"
+    );
     let bytes = std::fs::read(&path).expect("it is there");
     let [found, _] = messages(&bytes).expect("whole");
     assert_eq!(found, 500, "two flushes fit into 102400 bytes");

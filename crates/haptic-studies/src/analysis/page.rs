@@ -189,7 +189,11 @@ fn courses(trajectories: &[Trajectory]) -> Vec<Chart> {
                 "Travel of the handle (mm)",
             );
             own.fold(chart, |chart, one| {
-                let points = one.points.iter().map(|[t_s, way_m]| [*t_s, 1e3 * way_m]).collect();
+                let points = one
+                    .points
+                    .iter()
+                    .map(|[t_s, travel_m]| [*t_s, 1e3 * travel_m])
+                    .collect();
                 chart.with(Trace::line(one.resistance.as_str(), points))
             })
         })

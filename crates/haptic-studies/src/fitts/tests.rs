@@ -136,7 +136,7 @@ fn a_click_is_valid_where_the_whole_cursor_is_inside() {
         (row.movement_time_s - 0.732).abs() < 1e-12 && (row.end_error_m + 2e-3).abs() < 1e-12,
         "{row:?}"
     );
-    // The way back: an end further to the negative side is overshoot.
+    // The stroke back: an end further to the negative side is overshoot.
     assert_eq!(session.view().target_m, Some(-half_m));
     assert_eq!(
         session.step(&click(742, rig(half_m))),

@@ -9,7 +9,7 @@ use crate::random::Random;
 use haptic_ipc::Sample;
 
 /// Deviation of a breakaway and of a sliding friction that is felt, as a share of it: a constant force of 2.5 to 10 N
-/// is told apart by 7 % (Pang, Tan and Durlach 1991, abstract); that a breakaway, which lasts some milliseconds, is
+/// is distinguished by 7 % (Pang, Tan and Durlach 1991, abstract); that a breakaway, which lasts some milliseconds, is
 /// felt less well is ours.
 const BREAKAWAY_NOISE: f64 = 0.2;
 const SLIDING_NOISE: f64 = 0.07;

@@ -14,7 +14,7 @@ const DELAY_S: f64 = 0.15;
 /// (abstract), the value is ours.
 const ENDPOINT_NOISE_S: f64 = 0.03;
 
-/// Share of the way to a target's edge within which the cursor is seen to be inside: ours.
+/// Share of the distance to a target's edge within which the cursor is seen to be inside: ours.
 const SURELY_INSIDE: f64 = 0.9;
 
 /// Duration of the fastest and the slowest movement, s: ours.

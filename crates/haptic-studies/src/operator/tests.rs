@@ -111,9 +111,9 @@ fn a_trial_that_cannot_be_done_ends_with_a_reason() {
     );
 }
 
-/// What differs much is told apart, in each case, and its recording gives the same forces.
+/// A large difference is noticed in each case, and its recording gives the same forces.
 #[test]
-fn a_surface_with_much_more_friction_is_told_apart() {
+fn a_surface_with_much_more_friction_is_distinguished() {
     let mut plan = perception_plan();
     plan.practice_trials = 0;
     plan.interval_s = 1.6;

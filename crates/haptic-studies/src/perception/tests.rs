@@ -95,7 +95,7 @@ fn a_trial_is_two_intervals_by_ticks_and_an_answer() {
 }
 
 #[test]
-fn the_rig_is_told_the_surface_and_a_pause_does_the_trial_again() {
+fn the_rig_gets_the_surface_and_a_pause_does_the_trial_again() {
     let mut session = session(&small());
     let upcoming = session.upcoming().expect("a trial");
     assert!(upcoming.is_practice && session.surface().is_none());

@@ -318,7 +318,7 @@ fn click_counts_at_its_tick_however_late_it_arrives() {
     let (latency_s, lasted_s) = (0.02, 0.0125);
     person.session.frame(Frame { latency_s, lasted_s });
     person.reach();
-    // Told 200 ticks late, and by then the hand is elsewhere.
+    // Reported 200 ticks late, and by then the hand is elsewhere.
     let clicked = person.tick;
     person.position_m = 0.0;
     person.ticks(200);
@@ -335,7 +335,7 @@ fn click_counts_at_its_tick_however_late_it_arrives() {
         (first.cursor_latency_s, first.cursor_latency_p95_s, first.frame_rate_hz),
         (Some(0.02), Some(0.02), Some(80.0))
     );
-    // Told before its tick.
+    // Reported before its tick.
     if let Phase::Targets(targets) = person.phase() {
         person.position_m = targets.active_m / 3.0;
     }

@@ -6,7 +6,7 @@ use haptic_ipc::Sample;
 /// The scene that the rig renders.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum ActiveScene {
-    /// Nobody has said.
+    /// Nobody has reported it.
     Unknown,
     /// The change to this scene is on its way.
     Requested(Scene),

@@ -69,7 +69,7 @@ pub struct PerceptionTrial {
     pub level_n: f64,
     /// Whether the first interval had the comparison.
     pub comparison_first: bool,
-    /// The interval, 1 or 2, that was said to have more friction.
+    /// The interval, 1 or 2, that had more friction, by the answer.
     pub answer: u8,
     /// Whether it had.
     pub correct: bool,

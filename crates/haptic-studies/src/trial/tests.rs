@@ -87,7 +87,7 @@ fn a_file_from_elsewhere_needs_the_required_columns_alone() {
 }
 
 #[test]
-fn a_wrong_file_is_told_by_line_column_value_and_limit() {
+fn a_wrong_file_is_refused_by_line_column_value_and_limit() {
     for (row, message) in [
         (
             "1,x,2,drag,5,0.3,wide,0,0.6,1,",

@@ -103,12 +103,17 @@ fn mode_at_start(law: &Friction, start: Start, first: &DeviceSample) -> (Mode, f
         Friction::Karnopp(_) if start.velocity_mps == 0.0 => (Mode::Rigid, 0.0),
         Friction::ResetIntegrator(_) | Friction::SalcudeanVlaar(_) if start.velocity_mps == 0.0 => (Mode::Spring, 0.0),
         _ => {
-            let way = Direction::of(if start.velocity_mps == 0.0 {
+            let direction = Direction::of(if start.velocity_mps == 0.0 {
                 first.velocity_mps
             } else {
                 start.velocity_mps
             });
-            equations.moving(way, equations.limit(way, LONG_REST_S), start.velocity_mps, 0.0)
+            equations.moving(
+                direction,
+                equations.limit(direction, LONG_REST_S),
+                start.velocity_mps,
+                0.0,
+            )
         }
     }
 }

@@ -32,7 +32,7 @@ use problem::{Problem, Slides};
 use regression::{Rows, Shape, Unknown};
 
 /// What a fit with friction alike must leave, in multiples of what the separate one leaves, before friction is
-/// said to differ by direction, where the separate one leaves more than noise. A better fit of a law that
+/// taken to differ by direction, where the separate one leaves more than noise. A better fit of a law that
 /// misses something says little about the unknowns that it gained.
 const MIN_GAIN: f64 = 3.0;
 
@@ -47,7 +47,7 @@ const NOISE_FALL: f64 = 1.3;
 /// as a straight line.
 const BETWEEN_SAMPLES: f64 = 0.15;
 
-/// What is said where friction is taken as alike.
+/// The note where friction is taken as alike.
 pub(super) const ALIKE: &str = "friction is taken as alike in both directions; a constant force and a difference of Fd \
                                 look the same. Where the sensor's zero is known, give the offset";
 

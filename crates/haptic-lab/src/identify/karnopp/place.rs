@@ -35,7 +35,7 @@ const SHORTER: f64 = 2.9;
 /// 200 to 400 held in 84 to 97 of 100, those with 1200 and more in 94 to 98.
 const MIN_SLIDE_STEPS: f64 = 600.0;
 
-/// Share of the acceleration's variance that the place may leave, at least, for the mass to be told from a spring.
+/// Least share of the acceleration's variance that the place may leave for the mass to be distinguished from a spring.
 pub(super) const MIN_MASS_SHARE: f64 = 0.03;
 
 /// The slides with a force of the place in the fit, where it is certain, or where what is left shows one.
@@ -81,7 +81,7 @@ pub(super) fn share_of_mass(rows: &Rows, fit: &Fit) -> f64 {
     own.map_or(1.0, |own| own / rows.acceleration_rms().powi(2))
 }
 
-/// The fit with hats over the way; one of them is a spring.
+/// The fit with hats over the travel; one of them is a spring.
 fn with_hats(problem: &Problem<'_>, rows: &Rows, shape: Shape, hats: usize) -> Option<Fit> {
     problem.fit(rows, Shape { hats, ..shape }).ok()
 }
@@ -169,8 +169,8 @@ const SHARE: f64 = 0.1;
 const HARDLY_SHOWS: f64 = 1.5;
 const MAX_LOSS: f64 = 3.0;
 
-/// Standard errors of a difference between the two fits from which on it is said.
-const IS_SAID: f64 = 4.0;
+/// Standard errors of a difference between the two fits from which on it is reported.
+const REPORTED_ERRORS: f64 = 4.0;
 
 /// The slides with what backlash may have moved in their intervals, as far as the record can tell.
 pub(super) fn look_for_backlash(problem: &Problem<'_>, mut slides: Slides, found: &mut Identified) -> Slides {
@@ -210,7 +210,7 @@ pub(super) fn look_for_backlash(problem: &Problem<'_>, mut slides: Slides, found
         by.push((unknown, difference));
     }
     slides.widen(by);
-    if most > IS_SAID {
+    if most > REPORTED_ERRORS {
         found.notes.push(format!(
             "where the force on the mass changes its sign the record differs, as with backlash between the encoder and \
              the mass: without {:.0} % of the windows the values differ by {most:.0} standard errors, which is in their \

@@ -158,7 +158,7 @@ const MIN_REACH: f64 = 6.0;
 
 /// How much wider the intervals may be than under the best window, on the geometric mean.
 const MAX_LOSS: f64 = 1.2;
-/// The same where the shift of two clocks is fitted: it is told by what a short window lets in as well.
+/// The same where the shift of two clocks is fitted: what a short window lets in determines it as well.
 const MAX_LOSS_WITH_SHIFT: f64 = 2.5;
 
 /// The half-lengths that are tried, s.

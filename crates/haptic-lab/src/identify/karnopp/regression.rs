@@ -128,9 +128,9 @@ impl Rows {
         }
     }
 
-    /// Hats over the way, each a straight rise to its place and a straight fall from there, in the mean of each row's
-    /// window, less the mean of all rows, as the offset has that. The one at the lowest place is that of all others
-    /// together.
+    /// Hats over the travel, each a straight rise to its place and a straight fall from there, in the mean of each
+    /// row's window, less the mean of all rows, as the offset has that. The one at the lowest place is that of all
+    /// others together.
     pub(super) fn places(&self, grid: &Grid, hats: usize) -> Vec<Vec<f64>> {
         let x = &grid.position_m;
         let (low, high) = extent(x.iter().copied());

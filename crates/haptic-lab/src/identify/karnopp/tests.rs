@@ -335,7 +335,7 @@ fn a_viscous_surface_has_no_dry_friction() {
     let [low, high] = found.intervals["dynamic_force_N.positive"];
     assert!(low == 0.0 && high > 0.0, "{low} {high}");
     assert!(found.scene("drag").is_ok(), "{found:#?}");
-    // A sensor that points the other way is told from it.
+    // A sensor that points the other way is distinguished from it.
     record_of_drag.force_n.iter_mut().for_each(|force| *force = -*force);
     let found = of(&record_of_drag);
     assert_eq!(found.missing(), ["mass_kg", "dynamic_force_N", "viscous_Ns_per_m"]);
@@ -440,7 +440,7 @@ fn position_dependent_force_is_noted_and_left_out() {
     for seed in 1..=3 {
         for place_n in [&spring as &dyn Fn(f64) -> f64, &cogging] {
             let mut found = found(&with_place(0.5, 3.0, seed, place_n));
-            // Its mean over the way is one with the offset.
+            // Its mean over the travel is one with the offset.
             found.offset_n = None;
             assert!(says(&found, "depends on the place"), "{:?}", found.notes);
             held(&found, 0.5, &alike(), 0.0, 1.5);
@@ -460,14 +460,14 @@ fn single_frequency_motion_notes_that_no_spring_is_assumed() {
 }
 
 #[test]
-fn slides_of_few_steps_of_the_encoder_are_said() {
-    for (resolution_m, is_said) in [(1e-4, true), (1e-5, false)] {
+fn slides_of_few_steps_of_the_encoder_are_reported() {
+    for (resolution_m, is_reported) in [(1e-4, true), (1e-5, false)] {
         let conditions = Conditions {
             resolution_m,
             ..Conditions::FAIR
         };
         let found = found(&kinds::record(Kind::Relay, &conditions, 3).0);
         assert!(found.mass_kg.is_some() && says(&found, "cogging"), "{found:#?}");
-        assert_eq!(says(&found, "steps of the encoder"), is_said, "{:?}", found.notes);
+        assert_eq!(says(&found, "steps of the encoder"), is_reported, "{:?}", found.notes);
     }
 }

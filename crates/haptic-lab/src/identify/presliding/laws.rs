@@ -114,29 +114,29 @@ fn coulomb(values: &[f64], path: &Path) -> Course {
     }))
 }
 
-/// What is left of Dahl's distance from the limit after a way, both over the limit, and its derivatives.
+/// What is left of Dahl's distance from the limit after some travel, both over the limit, and its derivatives.
 struct Left {
     value: f64,
     by_rest: f64,
-    by_way: f64,
+    by_travel: f64,
     by_exponent: f64,
 }
 
 impl Left {
-    /// With the rest `r = 1 - s F/Fc` before and the way `a = sigma |dx|/Fc`: `r e^-a` for `i = 1`, else
+    /// With the rest `r = 1 - s F/Fc` before and the travel `a = sigma |dx|/Fc`: `r e^-a` for `i = 1`, else
     /// `r (1 + (i - 1) a r^(i-1))^(1/(1-i))`.
-    fn new(rest: f64, way: f64, exponent: f64) -> Self {
+    fn new(rest: f64, travel: f64, exponent: f64) -> Self {
         /// Nearer to 1 the exponent's series is more exact than the formula.
         const NEARLY_ONE: f64 = 1e-4;
         let power = exponent - 1.0;
         let slope = rest.powf(power);
-        let scaled = way * slope;
+        let scaled = travel * slope;
         let grown = 1.0 + power * scaled;
         if grown <= 0.0 {
             return Self {
                 value: 0.0,
                 by_rest: 0.0,
-                by_way: 0.0,
+                by_travel: 0.0,
                 by_exponent: 0.0,
             };
         }
@@ -152,7 +152,7 @@ impl Left {
         Self {
             value: rest * share,
             by_rest: share / grown,
-            by_way: -rest * share * slope / grown,
+            by_travel: -rest * share * slope / grown,
             by_exponent: rest * share * by_power,
         }
     }
@@ -180,12 +180,12 @@ fn dahl(values: &[f64], path: &Path) -> Course {
             by_value[side] = sign;
             return (force, by_value);
         }
-        let way = stiffness * distance.abs() / limit;
-        let left = Left::new(rest, way, exponent);
+        let travel = stiffness * distance.abs() / limit;
+        let left = Left::new(rest, travel, exponent);
         by_value = by_value.map(|derivative| left.by_rest * derivative);
         forget(&mut by_value[PathLaw::START]);
-        by_value[side] += sign * (1.0 - left.value - left.by_rest * (1.0 - rest) + left.by_way * way);
-        by_value[PathLaw::STIFFNESS] -= sign * limit * left.by_way * way / stiffness;
+        by_value[side] += sign * (1.0 - left.value - left.by_rest * (1.0 - rest) + left.by_travel * travel);
+        by_value[PathLaw::STIFFNESS] -= sign * limit * left.by_travel * travel / stiffness;
         by_value[PathLaw::EXPONENT] -= sign * limit * left.by_exponent;
         force = sign * limit * (1.0 - left.value);
         (force, by_value)
@@ -221,15 +221,15 @@ fn lugre(values: &[f64], path: &Path) -> Course {
         by_level[PathLaw::DYNAMIC + side] = height;
         by_level[PathLaw::STATIC_RATIO + side] = dynamic * share;
         by_level[PathLaw::STRIBECK] = 2.0 * dynamic * (ratio - 1.0) * share * fall / values[PathLaw::STRIBECK];
-        let (steady, way) = (sign * level, distance.abs() * stiffness / level);
-        let kept = (-way).exp();
+        let (steady, travel) = (sign * level, distance.abs() * stiffness / level);
+        let kept = (-travel).exp();
         let apart = force - steady;
         force = steady + apart * kept;
         let slip = 1.0 - force / steady;
         for k in 0..by_force.len() {
-            by_force[k] = kept * by_force[k] + (sign * (1.0 - kept) + apart * kept * way / level) * by_level[k];
+            by_force[k] = kept * by_force[k] + (sign * (1.0 - kept) + apart * kept * travel / level) * by_level[k];
             if k == PathLaw::STIFFNESS {
-                by_force[k] -= apart * kept * way / stiffness;
+                by_force[k] -= apart * kept * travel / stiffness;
             }
             by_value[k] = by_force[k] - damping * speed * (by_force[k] - force * by_level[k] / level) / steady;
         }
@@ -239,8 +239,8 @@ fn lugre(values: &[f64], path: &Path) -> Course {
         by_value[PathLaw::DAMPING] += speed * slip;
         (friction, by_value)
     };
-    let ways = path.via_m.iter().zip(&path.smooth_m).zip(&path.speed_mps);
-    Course::new(ways.map(|((&turn, &position), &speed)| {
+    let samples = path.via_m.iter().zip(&path.smooth_m).zip(&path.speed_mps);
+    Course::new(samples.map(|((&turn, &position), &speed)| {
         step(turn, speed);
         step(position, speed)
     }))

@@ -113,8 +113,8 @@ pub(super) fn find(even: &Even, law: PathLaw, options: &Options) -> Result<Found
 }
 
 /// How much the force's clock is ahead of the position's, s; `None` where that is less than a sample. A fit on one
-/// clock that leaves little is near enough to begin from; else the slides say where to begin, which take the way by
-/// which a surface gives for a part of the shift.
+/// clock that leaves little is near enough to begin from; else the slides say where to begin, which take the distance
+/// by which a surface gives for a part of the shift.
 fn shift_s(even: &Even, common: Option<&Found>, options: &Options) -> Option<f64> {
     let longest_s = options.clocks.longest_shift_s();
     if longest_s <= 0.0 {

@@ -99,19 +99,19 @@ impl Path {
     /// The samples at which the motion turns and then goes back by more than a distance, m.
     pub(crate) fn turns(&self, least_m: f64) -> Vec<usize> {
         let mut turns = Vec::new();
-        // The farthest sample since the last turn, and the way that it is from there.
-        let (mut farthest, mut way) = (0, 0.0);
+        // The farthest sample since the last turn, and the direction to it from there.
+        let (mut farthest, mut direction) = (0, 0.0);
         for (sample, position) in self.smooth_m.iter().enumerate() {
             let moved = position - self.smooth_m[farthest];
-            if way == 0.0 {
+            if direction == 0.0 {
                 if moved.abs() > least_m {
-                    (farthest, way) = (sample, moved.signum());
+                    (farthest, direction) = (sample, moved.signum());
                 }
-            } else if way * moved > 0.0 {
+            } else if direction * moved > 0.0 {
                 farthest = sample;
             } else if moved.abs() > least_m {
                 turns.push(farthest);
-                (farthest, way) = (sample, -way);
+                (farthest, direction) = (sample, -direction);
             }
         }
         turns

@@ -282,7 +282,7 @@ fn foreign_remarks_unit_rows_and_times_of_day_are_read() {
 }
 
 #[test]
-fn text_of_other_encodings_is_read_and_what_is_no_text_is_said() {
+fn other_encodings_are_read_and_what_is_no_table_is_refused() {
     let text = "t [s],x [\u{b5}m],f [N]\n1,250,3\n";
     let latin: Vec<u8> = text
         .chars()

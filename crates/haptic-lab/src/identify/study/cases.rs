@@ -112,7 +112,7 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-/// A slow way in one direction.
+/// A slow stroke in one direction.
 const ONE_WAY: Movement = Movement::Ramp {
     speed_mps: 0.05,
     stroke_m: 1.0,

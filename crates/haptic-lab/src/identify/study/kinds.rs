@@ -7,7 +7,7 @@
 //! M a + s Fd + b v + spring x + cogging sin(2 pi x / 5 mm) + offset = F       |F - ...| <= Fs at rest
 //! ```
 //!
-//! and is pulled by a hand through a stiff grip, by a relay that turns at the ends of its way, or by pulses.
+//! and is pulled by a hand through a stiff grip, by a relay that turns at the ends of its travel, or by pulses.
 
 use crate::identify::options::Record;
 use crate::identify::sensor::{counted, noise, samples_in};
@@ -36,7 +36,7 @@ pub enum Kind {
     Chirp,
     /// A hand along a sine that grows in its stroke.
     Growing,
-    /// A force that changes its sign where the mass has reached the end of its way.
+    /// A force that changes its sign where the mass has reached the end of its travel.
     Relay,
     /// Pulses of a force, by turns in both directions, with rests between them.
     Pulses,
@@ -75,7 +75,7 @@ pub struct Conditions {
     pub resolution_m: f64,
     /// How much later the force's recorder stamps the same instant, s; two recorders where it is not zero.
     pub shift_s: f64,
-    /// Stiffness of a spring along the way, N/m.
+    /// Stiffness of a spring along the travel, N/m.
     pub spring_n_per_m: f64,
     /// Amplitude of cogging, N.
     pub cogging_n: f64,
@@ -199,7 +199,7 @@ fn log_uniform(random: &mut Rng, range: RangeInclusive<f64>) -> f64 {
     range.start() * (range.end() / range.start()).powf(random.f64())
 }
 
-/// The mass on its way.
+/// The mass in motion.
 struct Slider {
     values: Values,
     conditions: Conditions,

@@ -64,17 +64,17 @@ fn step(tape: &Tape, signal: Signal, (from_s, to_s): (f64, f64), least: f64, gre
     let settled_s = end_s - SETTLED_SHARE * (end_s - begin_s);
     let last = tape.summary(signal, settled_s, end_s)?.sums;
     let end = last.value / last.count;
-    let way = end - first;
+    let change = end - first;
     // The mean of a constant signal differs from it by a rounding error.
     let rounding = ROUNDING * least.abs().max(greatest.abs());
-    if way.abs() <= rounding || way.abs() < MIN_STEP * (greatest - least) {
+    if change.abs() <= rounding || change.abs() < MIN_STEP * (greatest - least) {
         return None;
     }
-    let beyond = if way > 0.0 { greatest - end } else { end - least };
-    let half = SETTLING_BAND * way.abs();
+    let beyond = if change > 0.0 { greatest - end } else { end - least };
+    let half = SETTLING_BAND * change.abs();
     let stays_s = tape.stays_within(signal, from_s, end_s, (end - half, end + half));
     Some(Step {
-        overshoot: (beyond / way.abs()).max(0.0),
+        overshoot: (beyond / change.abs()).max(0.0),
         settling_s: stays_s
             .filter(|stays_s| *stays_s <= settled_s)
             .map(|stays_s| stays_s - begin_s),

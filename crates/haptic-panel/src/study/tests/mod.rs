@@ -425,7 +425,7 @@ fn stop_fault_lost_tick_or_foreign_change_voids_trial() {
 }
 
 #[test]
-fn a_refused_scene_is_told_and_asked_for_again_after_consent() {
+fn a_refused_scene_is_shown_and_asked_for_again_after_consent() {
     let mut daemon = Daemon::with_study(TARGETS);
     daemon.go_on();
     daemon.until(|stage| matches!(stage, Stage::Running { what } if what.contains("instructions")));

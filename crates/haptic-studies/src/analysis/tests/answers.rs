@@ -78,14 +78,14 @@ fn a_staircase_at_an_end_of_its_range_has_no_threshold() {
             reasons.clone().count() == 2 && reasons.clone().all(|one| one.why.to_string() == why),
             "{found:?}"
         );
-        let said = |one: &crate::analysis::perception::SubjectThreshold| {
+        let reason = |one: &crate::analysis::perception::SubjectThreshold| {
             one.staircase_refused.as_ref().map(ToString::to_string)
         };
         assert!(
             found.cases[0]
                 .subjects
                 .iter()
-                .all(|one| said(one).as_deref() == Some(why))
+                .all(|one| reason(one).as_deref() == Some(why))
         );
     }
     // Once is no end, and subjects who are alike say nothing of others.
@@ -102,8 +102,8 @@ fn a_note_says_where_two_means_are_of_other_subjects() {
     assert_eq!(note(&case), None);
     let alone = case.jnd_n.as_mut().expect("a staircase");
     alone.count = 1;
-    let said = "case B: the JND is the mean of 1 of the subjects, that of the staircases of 2";
-    assert_eq!(note(&case).as_deref(), Some(said));
+    let expected = "case B: the JND is the mean of 1 of the subjects, that of the staircases of 2";
+    assert_eq!(note(&case).as_deref(), Some(expected));
 }
 
 #[test]

@@ -145,18 +145,18 @@ fn star_of_a_sign_test_is_explained_below_its_latex_table() {
 #[test]
 fn every_file_of_a_simulated_operator_says_so() {
     let mut trials = study();
-    let mut heard = answers(
+    let mut answers = answers(
         Case::A,
         Method::Constant,
         &[(0.1, true, false), (0.3, false, false), (0.5, true, false)],
     );
     for operator in [None, Some(Operator::Human), Some(Operator::Simulated)] {
         trials.iter_mut().for_each(|trial| trial.operator = operator);
-        heard.iter_mut().for_each(|trial| trial.operator = operator);
-        let heard = perception(&heard, None, 1).expect("an analysis");
+        answers.iter_mut().for_each(|trial| trial.operator = operator);
+        let thresholds = perception(&answers, None, 1).expect("an analysis");
         let files = [
             fitts_files(&analysed(&trials), &[], &SubjectTable::default(), "A study"),
-            perception_files(&heard, &SubjectTable::default(), "Cases"),
+            perception_files(&thresholds, &SubjectTable::default(), "Cases"),
         ];
         for (name, bytes) in files.concat() {
             let text = String::from_utf8(bytes).expect("text");
@@ -192,7 +192,7 @@ fn columns(table: &haptic_lab::drawing::Table) -> std::collections::BTreeMap<Str
 fn tidy_tables_have_each_column_once_and_every_digit() {
     let found = analysed(&study());
     let answers = answers(Case::A, Method::Constant, &[(0.1, true, false), (0.3, false, false)]);
-    let heard = perception(&answers, None, 1).expect("an analysis");
+    let thresholds = perception(&answers, None, 1).expect("an analysis");
     let row = |code: &str, age: &str| SubjectRow {
         code: code.to_owned(),
         order: Vec::new(),
@@ -202,7 +202,7 @@ fn tidy_tables_have_each_column_once_and_every_digit() {
         fields: vec!["age".to_owned(), "block".to_owned()],
         rows: vec![row("b", "30-39"), row("01", "20-29")],
     };
-    let tables = [fitts_data(&found, &subjects), perception_data(&heard, &subjects)].concat();
+    let tables = [fitts_data(&found, &subjects), perception_data(&thresholds, &subjects)].concat();
     let all: std::collections::BTreeMap<_, _> = tables.iter().map(|(name, table)| (&**name, columns(table))).collect();
     assert_eq!(all.len(), tables.len());
     let numbers = |table: &str, column: &str| -> Vec<Option<f64>> {

@@ -17,7 +17,7 @@ fn reopening_a_finished_study_rebuilds_its_trials_file() {
 }
 
 #[test]
-fn a_break_is_told_in_whole_seconds() {
+fn a_break_is_counted_in_whole_seconds() {
     let (_parent, folder) = a_folder();
     make(
         &folder,
@@ -102,7 +102,7 @@ fn earlier_version_rows_continue_and_unknown_column_is_refused() {
 }
 
 #[test]
-fn how_far_a_subject_is_can_be_told_without_touching_its_files() {
+fn progress_of_a_subject_is_read_without_touching_its_files() {
     let (_parent, folder) = a_folder();
     make(&folder, &small_fitts());
     let progress = || {
