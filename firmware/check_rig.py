@@ -349,7 +349,7 @@ def keeps_time(rig):
         came += [(time.monotonic(), news[-1])] if news else []
     expect(len(came) > 10, "no samples")
     # Samples may come late, never early: of the first and of the last third, those that were quickest are compared.
-    late = [(heard * 1000 - elapsed_ms(came[0][1], sample), heard, sample) for heard, sample in came]
+    late = [(arrived * 1000 - elapsed_ms(came[0][1], sample), arrived, sample) for arrived, sample in came]
     third = len(late) // 3
     first, last = min(late[:third], key=lambda one: one[0]), min(late[-third:], key=lambda one: one[0])
     speed = elapsed_ms(first[2], last[2]) / ((last[1] - first[1]) * 1000)
@@ -402,8 +402,8 @@ def says_what_it_has_heard(rig):
     rig.sample("echo after a gap", lambda s: s.command == first + 1000)
     rig.sequence = first + 1000
     rig.enable()
-    told = rig.sample("sample with the motor enabled", lambda s: s.enabled)
-    expect(told.command == first + 1000, "an enable is counted as a command")
+    sample = rig.sample("sample with the motor enabled", lambda s: s.enabled)
+    expect(sample.command == first + 1000, "an enable is counted as a command")
 
 
 def enables_and_disables(rig):
@@ -443,8 +443,8 @@ def has_a_watchdog(rig):
     rig.enable()
     came = rig.hold(0.2)
     expect(all(m.enabled for m in came if isinstance(m, Sample)), "the motor goes off while commands come")
-    heard = [m for m in came if isinstance(m, Sample) and m.command == rig.sequence]
-    last = heard[0] if heard else rig.echoed("echo of the last command")
+    echoes = [m for m in came if isinstance(m, Sample) and m.command == rig.sequence]
+    last = echoes[0] if echoes else rig.echoed("echo of the last command")
     off = rig.sample("sample with the motor off", lambda s: not s.enabled, 0.15 + watchdog_ms / 1000)
     after = elapsed_ms(last, off)
     expect(
@@ -482,14 +482,14 @@ def refuses(rig):
         "a sample sent back": lambda newest: frame(struct.pack("<BBBBIIiI", SAMPLE, VERSION, 1, 0, newest + 1, 0, 0, 0)),
     }
     for what, spoiled in cases.items():
-        heard = rig.sequence
+        newest = rig.sequence
         rig.enable()
         began = rig.sample("sample", lambda s: True)
         bitten = None
         for _ in range(150 + watchdog_ms):
             rig.line.send(spoiled(rig.sequence))
             samples = [m for m in rig.listen(0.001) if isinstance(m, Sample)]
-            expect(all(s.command == heard for s in samples), f"{what}: it was taken")
+            expect(all(s.command == newest for s in samples), f"{what}: it was taken")
             bitten = next((s for s in samples if s.bitten), None)
             if bitten:
                 break
@@ -505,7 +505,7 @@ def goes_on(rig):
     rig.open()
     rig.enable()
     rig.hold(0.02)
-    told = 0
+    reported = 0
     for what, message in {
         "another version": rig.order(rig.sequence + 1, version=VERSION + 1),
         "an unknown kind": struct.pack("<BB", 0x77, VERSION),
@@ -515,10 +515,10 @@ def goes_on(rig):
         came = rig.hold(0.02)
         errors = [m for m in came if isinstance(m, Error)]
         expect(len(errors) <= 1 and all(m.code == 1 for m in errors), f"{what}: {errors} instead of one error with code 1")
-        told += bool(errors)
+        reported += bool(errors)
         expect(all(m.enabled for m in came if isinstance(m, Sample)), f"{what}: the motor went off")
     rig.command(enabled=False)
-    return f"tells {told} of 3 as errors"
+    return f"tells {reported} of 3 as errors"
 
 
 def comes_back_into_step(rig):
@@ -560,12 +560,12 @@ def falls_silent(rig):
     """falls silent a second after the last message"""
     rig.open()
     rig.command(enabled=False)
-    heard = rig.echoed()
-    samples = [heard, *(m for m in rig.listen_out(1.5) if isinstance(m, Sample))]
-    if elapsed_ms(heard, samples[-1]) < 950:
+    echo = rig.echoed()
+    samples = [echo, *(m for m in rig.listen_out(1.5) if isinstance(m, Sample))]
+    if elapsed_ms(echo, samples[-1]) < 950:
         # A simulated rig may have stood still.
         samples += (m for m in rig.listen_long(1.5) if isinstance(m, Sample))
-    after = elapsed_ms(heard, samples[-1])
+    after = elapsed_ms(echo, samples[-1])
     expect(950 <= after <= 1050, f"the last sample came {after:.0f} ms after the last message")
     rig.say(rig.order(rig.next()))
     expect(not rig.listen_long(0.2), "it speaks without having been asked")
@@ -585,7 +585,7 @@ def pushes(rig, force_n):
     """counts upwards where a positive force pulls, each axis by itself"""
     axes, limits_mn = rig.open().axes, rig.hello.force_limit_mn
     expect(1000 * force_n <= min(limits_mn), f"{force_n} N are beyond its {min(limits_mn) / 1000} N")
-    told = []
+    results = []
     rest = [m for m in rig.hold(0.15) if isinstance(m, Sample)]
     for axis in range(axes):
         # What it moves by itself shows no direction, nor does the last count of the encoder.
@@ -603,8 +603,8 @@ def pushes(rig, force_n):
             except Fault as why:
                 fault = why
             if fault or rig.error or not all(s.enabled for s in samples):
-                ways = [(abs(steps(a.count[axis], b.count[axis])), elapsed_ms(a, b)) for a, b in zip(seen, seen[1:])]
-                speed = max((1000 * way / ms for way, ms in ways if ms > 0), default=0) / rig.hello.counts_per_metre[axis]
+                moves = [(abs(steps(a.count[axis], b.count[axis])), elapsed_ms(a, b)) for a, b in zip(seen, seen[1:])]
+                speed = max((1000 * count / ms for count, ms in moves if ms > 0), default=0) / rig.hello.counts_per_metre[axis]
                 advice = f": it runs at {speed:.1f} {rig.hello.unit}/s, push less" if speed > FAST else ""
                 watchdog = " by its watchdog" if any(s.bitten for s in samples) else ""
                 raise Fault(f"{fault or 'the motor went off' + watchdog}{advice}")
@@ -617,8 +617,8 @@ def pushes(rig, force_n):
         expect(other <= abs(strokes[axis]), f"{shown}, but the other axis moves by {other}: swap the plugs of the two encoders or motors")
         expect(abs(strokes[axis]) >= clear, f"{shown}: less than {clear} counts apart show no direction: let go of the handle, or push harder")
         expect(strokes[axis] > 0, f"{shown}: swap the motor's or the encoder's wires, or set MOTOR_REVERSED the other way")
-        told.append(shown)
-    return "; ".join(told)
+        results.append(shown)
+    return "; ".join(results)
 
 
 CHECKS = [

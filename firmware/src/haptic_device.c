@@ -168,7 +168,7 @@ static void on_hello(struct haptic_device *device, uint32_t nonce, uint32_t now)
     device->newest = device->newest_command = device->sequence = 0;
     device->tripped = false;
     device->open = true;
-    device->heard_us = device->due_us = now;
+    device->received_us = device->due_us = now;
     device->pending = PENDING_HELLO;
     if (device->lost)
         report(device, HAPTIC_DEVICE_SENSOR, 0);
@@ -237,7 +237,7 @@ static void receive(struct haptic_device *device, const uint8_t *message, uint8_
         on_hello(device, number, now);
     } else if (device->open && (int32_t)(number - device->newest) > 0) {
         device->newest = number;
-        device->heard_us = device->commanded_us = now;
+        device->received_us = device->commanded_us = now;
         device->fed = true;
         if (kind == COMMAND)
             on_command(device, message);
@@ -282,7 +282,7 @@ static void watch(struct haptic_device *device, uint32_t now)
         device->trip = true;
     if (device->trip)
         switch_off(device);
-    if (device->open && now - device->heard_us >= SILENCE_US) {
+    if (device->open && now - device->received_us >= SILENCE_US) {
         switch_off(device);
         device->open = false;
         device->pending = 0;

@@ -45,7 +45,7 @@ struct haptic_sample {
     int32_t count[HAPTIC_DEVICE_AXES]; /* may wrap around, must not jump */
     int32_t hand_force_mn[HAPTIC_DEVICE_AXES]; /* sent only with config.wide */
     int32_t acceleration_mm_s2[HAPTIC_DEVICE_AXES]; /* sent only with config.wide */
-    bool lost; /* the count is wrong since the last sample (wire off, too fast): the motors go off, the host is told */
+    bool lost; /* the count is wrong since the last sample (wire off, too fast): motors go off, the host gets an error */
 };
 
 /* The board. It must outlive the device and not change. Unused fields are 0. Every function gets "context". */
@@ -77,7 +77,7 @@ struct haptic_device_config {
     /* Zero force, at once: a pin or register, no bus, no waiting. The loop and the interrupt call it, also repeatedly and
      * also inside motor_force, so it must be safe to interrupt. */
     void (*motor_off)(void *context);
-    /* Switches the power stage on, at zero force. False refuses, and the host is told. Optional. */
+    /* Switches the power stage on, at zero force. False refuses, and the host gets an error. Optional. */
     bool (*motor_on)(void *context);
     /* Buttons pressed, one bit each, debounced. Optional. */
     uint8_t (*buttons)(void *context);
@@ -102,7 +102,7 @@ enum haptic_device_error { HAPTIC_DEVICE_BAD_MESSAGE = 1, HAPTIC_DEVICE_SENSOR, 
 struct haptic_device {
     const struct haptic_device_config *config;
     uint32_t newest, newest_command, nonce, sequence, acknowledged, detail;
-    uint32_t heard_us, commanded_us, due_us, period_us, watchdog_us, quiet_us, crc;
+    uint32_t received_us, commanded_us, due_us, period_us, watchdog_us, quiet_us, crc;
     uint8_t frame[HAPTIC_DEVICE_FRAME], length, distance, pending, refused, error;
     bool open, tripped, lost;
     volatile bool enabled, fed, trip;

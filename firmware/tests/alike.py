@@ -4,7 +4,7 @@
     tests/alike.py NATIVE FAKE_RIG [SECONDS [SEED]]
 
 Both are programs; each conversation is held with one axis and with two. Equal must be each hello, acknowledge and error,
-byte for byte, and of the newest sample its length, flags and newest command, once both have taken what was said. Exit code
+byte for byte, and of the newest sample its length, flags and newest command, once both have taken what was sent. Exit code
 1 where they differ."""
 
 import os
@@ -22,7 +22,7 @@ SETTLE_S = 0.008
 TRIES = 4
 # Beyond this, the watchdog of one of them may have acted, and of the other not.
 HELD_UP_S = 0.045
-# So long after the newest message that feeds it, a watchdog of 50 ms is about to act or has just acted: what is said
+# So long after the newest message that feeds it, a watchdog of 50 ms is about to act or has just acted: what is sent
 # then may come before in one of them and after in the other.
 DOUBTFUL_S = (0.04, 0.07)
 
@@ -53,7 +53,7 @@ class Device:
         while (left := end - time.monotonic()) > 0:
             self.line.receive(left)
 
-    def told(self):
+    def outcome(self):
         return self.answers, self.newest
 
     def forget(self):
@@ -87,7 +87,7 @@ def damaged(rng, sequence, axes):
     return bytes(rng.randrange(1, 5))
 
 
-def said(rng, sequence, axes):
+def next_bytes(rng, sequence, axes):
     """What the host says next, and its newest sequence then."""
     choice = rng.random()
     if choice < 0.4:
@@ -106,7 +106,7 @@ def said(rng, sequence, axes):
 
 
 def compared(native, fake_rig, axes, seconds, rng):
-    """Talks to both for so long; returns the steps in which both were heard in time, or nothing where they differ."""
+    """Talks to both for so long; returns the steps in which both answered in time, or nothing where they differ."""
     with tempfile.TemporaryDirectory() as folder:
         links = [os.path.join(folder, name) for name in ("native", "fake")]
         fake = [fake_rig, "--pty", links[1], "--firmware-name", "native 0.2.0", "--buttons", "1", "--hand", "free", "--axes", str(axes)]
@@ -117,28 +117,28 @@ def compared(native, fake_rig, axes, seconds, rng):
         try:
             while time.monotonic() < end:
                 greeting = check_rig.frame(check_rig.hello(rng.randrange(2**32))), 0
-                bytes_said, following = said(rng, sequence, axes) if is_known else greeting
+                sent, following = next_bytes(rng, sequence, axes) if is_known else greeting
                 began = time.monotonic()
                 if DOUBTFUL_S[0] < began - fed < DOUBTFUL_S[1]:
-                    bytes_said, following = greeting
+                    sent, following = greeting
                 if following != sequence or following == 0:
                     fed = began
                 sequence = following
-                history.append(bytes_said.hex())
+                history.append(sent.hex())
                 for device in devices:
                     device.forget()
-                    device.line.send(bytes_said)
+                    device.line.send(sent)
                 for _ in range(TRIES):
                     for device in devices:
                         device.listen(SETTLE_S / 2)
-                    told = [device.told() for device in devices]
-                    if told[0] == told[1]:
+                    outcomes = [device.outcome() for device in devices]
+                    if outcomes[0] == outcomes[1]:
                         break
                 is_known = time.monotonic() - began <= HELD_UP_S
                 if not is_known:
                     skipped += 1
-                elif told[0] != told[1]:
-                    print(f"FAULT {axes} axes, after {steps} steps native and fake-rig differ:", *told, "last said:", *history[-3:], sep="\n")
+                elif outcomes[0] != outcomes[1]:
+                    print(f"FAULT {axes} axes, after {steps} steps native and fake-rig differ:", *outcomes, "last said:", *history[-3:], sep="\n")
                     return None
                 else:
                     steps += 1

@@ -46,7 +46,7 @@ FAULTS = [
     ("an old sequence is taken", "(int32_t)(number - device->newest) > 0", "1"),
     ("a sequence from half way round is taken", "(int32_t)(number - device->newest) > 0", "number != device->newest"),
     ("a hello does not switch off", "uint32_t now)\n{\n    switch_off(device);\n    device->nonce", "uint32_t now)\n{\n    device->nonce"),
-    ("silence never comes", "device->open && now - device->heard_us >= SILENCE_US", "0"),
+    ("silence never comes", "device->open && now - device->received_us >= SILENCE_US", "0"),
     ("answers go out after silence", "        device->pending = 0;\n", ""),
     ("a bad message hides why the motors are off", "error == HAPTIC_DEVICE_BAD_MESSAGE && device->pending & PENDING_ERROR", "0"),
     ("the second axis gets the first's force", "message + 8 + 4 * axis", "message + 8"),
@@ -83,9 +83,9 @@ def main():
             if source.count(there) != 1:
                 print(f"FAULT {fault}: its place is there {source.count(there)} times")
                 continue
-            said = is_seen(source.replace(there, instead), folder)
-            seen += said is not None
-            print(f"{'ok   ' if said else 'FAULT'} {fault}: {said or 'not seen'}", flush=True)
+            output = is_seen(source.replace(there, instead), folder)
+            seen += output is not None
+            print(f"{'ok   ' if output else 'FAULT'} {fault}: {output or 'not seen'}", flush=True)
     print(f"{seen} of {len(FAULTS)} seen")
     return 0 if seen == len(FAULTS) else 1
 

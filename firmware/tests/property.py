@@ -188,7 +188,7 @@ class Model:
     def __init__(self, board):
         self.board = board
         self.is_open = self.is_enabled = self.is_tripped = False
-        self.newest = self.command = self.heard = self.fed = 0
+        self.newest = self.command = self.received = self.fed = 0
         self.force = (0, 0)
 
     def live(self):
@@ -196,7 +196,7 @@ class Model:
         now = self.board.now
         if self.is_enabled and now - self.fed >= WATCHDOG_US:
             self.is_enabled, self.is_tripped = False, True
-        if self.is_open and now - self.heard >= SILENCE_US:
+        if self.is_open and now - self.received >= SILENCE_US:
             self.is_open = self.is_enabled = False
         if self.board.is_lost:
             self.is_enabled = False
@@ -204,13 +204,13 @@ class Model:
     def hello(self):
         self.is_open, self.is_enabled, self.is_tripped = True, False, False
         self.newest = self.command = 0
-        self.heard = self.board.now
+        self.received = self.board.now
 
     def order(self, kind, sequence, is_on, forces):
         if not self.is_open or not 0 < (sequence - self.newest) % 2**32 < 2**31:
             return
         self.newest = sequence % 2**32
-        self.fed = self.heard = self.board.now
+        self.fed = self.received = self.board.now
         if kind == COMMAND:
             self.command = self.newest
             self.is_enabled &= is_on
@@ -451,7 +451,7 @@ def trips_without_a_timer(library):
 
 
 def tells_why_it_is_off(library):
-    """a lost position is told although a bad message comes before the line takes it; nothing is told after silence"""
+    """a lost position is reported although a bad message comes before the line takes it; nothing is reported after silence"""
     board = Board(library, 1, random.Random(0))
     board.pull()
     board.answers()
@@ -462,8 +462,8 @@ def tells_why_it_is_off(library):
     board.poll()
     board.is_full = False
     board.poll()
-    told = [m[2] for m in board.answers() if m[0] == ERROR]
-    expect(told[:1] == [2], f"errors {told} where the position is lost")
+    codes = [m[2] for m in board.answers() if m[0] == ERROR]
+    expect(codes[:1] == [2], f"errors {codes} where the position is lost")
     board.is_full = True
     board.say(board.order(ENABLE, 9))
     board.poll()

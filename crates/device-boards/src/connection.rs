@@ -168,22 +168,22 @@ mod tests {
             connection.write(0.0, false, now_ns)
         };
         assert_eq!(off(&mut connection, MS), Ok(Written::Later), "there is no room");
-        assert_eq!(off(&mut connection, MS), Ok(Written::Later), "nor was it told before");
-        let mut heard = Vec::new();
-        let read = |heard: &mut Vec<u8>| board.read(|bytes| heard.extend(bytes)).expect("it is there");
-        read(&mut heard);
+        assert_eq!(off(&mut connection, MS), Ok(Written::Later), "nor was it sent before");
+        let mut received = Vec::new();
+        let read = |received: &mut Vec<u8>| board.read(|bytes| received.extend(bytes)).expect("it is there");
+        read(&mut received);
         assert_eq!(
             off(&mut connection, MS),
             Ok(Written::Later),
             "there is room, and it is not commanded off yet"
         );
-        assert_eq!(off(&mut connection, 10 * MS), Ok(Written::Taken), "told again");
+        assert_eq!(off(&mut connection, 10 * MS), Ok(Written::Taken), "sent again");
         assert_eq!(off(&mut connection, MS), Ok(Written::Taken), "that counts on");
-        read(&mut heard);
+        read(&mut received);
         assert!(
-            heard.ends_with(b"force\noff\n"),
+            received.ends_with(b"force\noff\n"),
             "{:?}",
-            String::from_utf8_lossy(&heard)
+            String::from_utf8_lossy(&received)
         );
         // A force, and then no room for the switching off, which the controller does by itself.
         assert_eq!(

@@ -46,30 +46,30 @@ impl Scale {
 }
 
 /// Shortest time between two sets of commands to a controller that does not obey, ns.
-const TELL_AGAIN_NS: u64 = 10_000_000;
+const SEND_AGAIN_NS: u64 = 10_000_000;
 
 /// State of the motor, as far as both sides know.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Motor {
-    /// To be off since a time of ours, ns; the newest command for that was sent at `told_at_ns`.
+    /// To be off since a time of ours, ns; the newest command for that was sent at `sent_at_ns`.
     Off {
         since_ns: u64,
-        told_at_ns: Option<u64>,
+        sent_at_ns: Option<u64>,
         /// The controller has answered a later question: it is.
         confirmed: bool,
     },
-    /// Told to be on since a time of ours, ns; the newest command for that was sent at
-    /// `told_at_ns`.
-    Arming { since_ns: u64, told_at_ns: Option<u64> },
+    /// Commanded to be on since a time of ours, ns; the newest command for that was sent at
+    /// `sent_at_ns`.
+    Arming { since_ns: u64, sent_at_ns: Option<u64> },
     /// On.
     On,
     /// Off though force is wanted. This lasts until no force is wanted.
     Failed(DeviceError),
 }
 
-/// Whether it is time to send a command once more, after it was sent at `told_at_ns`.
-pub(crate) fn is_due(told_at_ns: Option<u64>, now_ns: u64) -> bool {
-    told_at_ns.is_none_or(|at_ns| now_ns.saturating_sub(at_ns) >= TELL_AGAIN_NS)
+/// Whether it is time to send a command once more, after it was sent at `sent_at_ns`.
+pub(crate) fn is_due(sent_at_ns: Option<u64>, now_ns: u64) -> bool {
+    sent_at_ns.is_none_or(|at_ns| now_ns.saturating_sub(at_ns) >= SEND_AGAIN_NS)
 }
 
 /// One motor, and the positions of its shaft.
@@ -88,14 +88,14 @@ impl Axis {
             feedback,
             motor: Motor::Off {
                 since_ns: 0,
-                told_at_ns: None,
+                sent_at_ns: None,
                 confirmed: false,
             },
             ask_after_ns: 0,
         }
     }
 
-    /// The motor, as far as the controller has said: one that is not known to be off counts as enabled.
+    /// The motor, as far as the controller has reported: one that is not known to be off counts as enabled.
     pub(crate) fn reported(&self) -> ReportedMotor {
         match self.motor {
             Motor::Off { confirmed: true, .. } => ReportedMotor::Off,
@@ -204,7 +204,7 @@ impl<D: Dialect> Conversation<D> {
         } else if let Motor::Off { .. } = self.axis.motor {
             self.axis.motor = Motor::Arming {
                 since_ns: now_ns,
-                told_at_ns: None,
+                sent_at_ns: None,
             };
             self.dialect.begin_arming();
         }
@@ -260,18 +260,18 @@ impl<D: Dialect> Conversation<D> {
 
     /// Switches the motor off until the controller confirms it, and watches it from then on.
     fn stay_off(&mut self, now_ns: u64, out: &mut Text) -> CommandState {
-        let told_now = |since_ns| Motor::Off {
+        let sent_now = |since_ns| Motor::Off {
             since_ns,
-            told_at_ns: Some(now_ns),
+            sent_at_ns: Some(now_ns),
             confirmed: false,
         };
         let Motor::Off {
             since_ns,
-            told_at_ns,
+            sent_at_ns,
             confirmed,
         } = self.axis.motor
         else {
-            self.axis.motor = told_now(now_ns);
+            self.axis.motor = sent_now(now_ns);
             self.dialect.begin_off(&mut self.axis);
             self.dialect.switch_off(out);
             return CommandState::InThisText;
@@ -280,9 +280,9 @@ impl<D: Dialect> Conversation<D> {
             self.dialect.watch_off(&mut self.axis, now_ns, out);
             return CommandState::Confirmed;
         }
-        let tell = is_due(told_at_ns, now_ns);
+        let tell = is_due(sent_at_ns, now_ns);
         if tell {
-            self.axis.motor = told_now(since_ns);
+            self.axis.motor = sent_now(since_ns);
             self.dialect.switch_off(out);
         }
         self.dialect.confirm_off(&mut self.axis, now_ns, out);

@@ -14,7 +14,7 @@ use std::sync::atomic::Ordering::Relaxed;
 /// its buffers hold this many commands and no more.
 const WINDOW: usize = 4;
 
-/// Age at which questions without an answer count as lost, ns, where no other answer has told
+/// Age at which questions without an answer count as lost, ns, where no other answer has shown it
 /// before ([`Feedback::answered_until`]).
 const LOST_AFTER_NS: u64 = 50_000_000;
 
@@ -41,7 +41,7 @@ pub(crate) struct Feedback {
     origin: f64,
     newest: Measurement,
     used: u32,
-    heard_at_ns: u64,
+    received_at_ns: u64,
     period_ns: u64,
     /// Times of the questions without an answer, the oldest first, ns.
     asked_at_ns: [u64; WINDOW],
@@ -65,7 +65,7 @@ impl Feedback {
             origin: first,
             newest: Measurement::new(0, now_ns, 0.0),
             used: 0,
-            heard_at_ns: now_ns,
+            received_at_ns: now_ns,
             period_ns,
             asked_at_ns: [0; WINDOW],
             under_way: 0,
@@ -140,8 +140,8 @@ impl Feedback {
     pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
         if self.newest.sequence != self.used {
             self.used = self.newest.sequence;
-            self.heard_at_ns = now_ns;
-        } else if now_ns.saturating_sub(self.heard_at_ns) > SILENCE_NS {
+            self.received_at_ns = now_ns;
+        } else if now_ns.saturating_sub(self.received_at_ns) > SILENCE_NS {
             self.counters.note_error(LinkError::Silent, now_ns);
             return Err(DeviceError::Disconnected);
         }

@@ -20,7 +20,7 @@ pub(crate) struct Greeting {
     pub(crate) line: Line,
     lines: Lines,
     what: String,
-    heard_bytes: usize,
+    received_bytes: usize,
 }
 
 impl Greeting {
@@ -30,7 +30,7 @@ impl Greeting {
             line: Line::open(path, baud)?,
             lines: Lines::default(),
             what: path.display().to_string(),
-            heard_bytes: 0,
+            received_bytes: 0,
         })
     }
 
@@ -46,7 +46,7 @@ impl Greeting {
                 return Ok(answer);
             }
         }
-        Err(self.protocol(unanswered(self.heard_bytes)))
+        Err(self.protocol(unanswered(self.received_bytes)))
     }
 
     /// Sends text.
@@ -63,11 +63,11 @@ impl Greeting {
             let Self {
                 line,
                 lines,
-                heard_bytes,
+                received_bytes,
                 ..
             } = self;
             let read = line.read(|bytes| {
-                *heard_bytes += bytes.len();
+                *received_bytes += bytes.len();
                 lines.take(bytes, |line| {
                     if let (None, Ok(line)) = (&found, line) {
                         found = wanted(line);
@@ -85,10 +85,10 @@ impl Greeting {
         }
     }
 
-    pub(crate) fn protocol(&self, heard: String) -> ConnectError {
+    pub(crate) fn protocol(&self, problem: String) -> ConnectError {
         ConnectError::Protocol {
             what: self.what.clone(),
-            heard,
+            problem,
         }
     }
 

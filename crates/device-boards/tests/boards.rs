@@ -61,12 +61,12 @@ impl RunningBoard {
         let mut terminal = Port::plug_in(link).expect("a terminal");
         let board = Arc::new(Mutex::new(board));
         let quit = Arc::new(AtomicBool::new(false));
-        let (its, told) = (Arc::clone(&board), Arc::clone(&quit));
+        let (its_board, its_quit) = (Arc::clone(&board), Arc::clone(&quit));
         let began = Instant::now();
         let thread = std::thread::spawn(move || {
-            while !told.load(Relaxed) {
+            while !its_quit.load(Relaxed) {
                 let now_ns = u64::try_from(began.elapsed().as_nanos()).expect("soon");
-                let mut board = its.lock().expect("alive");
+                let mut board = its_board.lock().expect("alive");
                 let mut answers = Vec::new();
                 terminal
                     .read(|bytes| answers.extend(board.receive(bytes, now_ns)))

@@ -25,12 +25,12 @@ impl FakeRig {
             .stdout(Stdio::piped())
             .spawn()
             .expect("it starts");
-        let mut said = String::new();
+        let mut line = String::new();
         let stdout = child.stdout.take().expect("it is piped");
         BufReader::new(stdout)
-            .read_line(&mut said)
+            .read_line(&mut line)
             .expect("it says where it is");
-        assert!(said.starts_with("fake-rig: "), "{said}");
+        assert!(line.starts_with("fake-rig: "), "{line}");
         Self { child, link }
     }
 
@@ -69,7 +69,7 @@ fn a_rig_says_who_it_is() {
 }
 
 #[test]
-fn what_is_no_rig_is_told_apart() {
+fn why_a_rig_does_not_answer_is_distinguished() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = tempfile::tempdir().expect("a folder");
     let nothing = format!("serial:{}", folder.path().join("nothing").display());
@@ -81,10 +81,10 @@ fn what_is_no_rig_is_told_apart() {
         ("--fault", "loss 1", "nothing answers"),
     ] {
         let other = FakeRig::start(folder.path(), &[option, value]);
-        let Err(ConnectError::Protocol { heard, .. }) = ask(&other.address()) else {
+        let Err(ConnectError::Protocol { problem, .. }) = ask(&other.address()) else {
             panic!("{value}");
         };
-        assert!(heard.contains(words), "{heard}");
+        assert!(problem.contains(words), "{problem}");
     }
 
     let rig = FakeRig::start(folder.path(), &[]);

@@ -121,7 +121,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn what_a_device_says_is_heard(message in from_device()) {
+    fn messages_of_a_device_are_read(message in from_device()) {
         let bytes = message.bytes();
         let view = View::whole(bytes.as_slice()).expect("a message");
         prop_assert_eq!(FromDevice::read(view), Ok(message));
@@ -155,7 +155,7 @@ proptest! {
     }
 
     #[test]
-    fn what_a_host_says_is_heard(message in from_host()) {
+    fn messages_of_a_host_are_read(message in from_host()) {
         let bytes = message.bytes();
         let view = View::whole(bytes.as_slice()).expect("a message");
         prop_assert_eq!(FromHost::read(view), Ok(message));

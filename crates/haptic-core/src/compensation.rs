@@ -8,7 +8,7 @@
 //! Ryu 2002, holds what has been taken out of the motion since the last rest:
 //!
 //! ```text
-//! account += assured share x identified friction x way  -  motor force x way
+//! account += assured share x identified friction x distance  -  motor force x distance
 //! ```
 //!
 //! The motor's force is all of it: surface, compensation and what the limits made of them. A surface
@@ -233,11 +233,11 @@ impl Compensator {
         };
         let slack = (SLACK_COUNTS * motion.resolution).max(MIN_SLACK_M);
         let dragged = before.dragged.max(motion.position - slack).min(motion.position + slack);
-        let way = (dragged - before.dragged).abs();
+        let distance = (dragged - before.dragged).abs();
         let given_j = before.motor_n * (motion.position - before.position);
         before.dragged = dragged;
         before.position = motion.position;
-        self.still_s = if way > 0.0 {
+        self.still_s = if distance > 0.0 {
             0.0
         } else {
             self.still_s + motion.elapsed_s
@@ -247,11 +247,11 @@ impl Compensator {
             return;
         }
         let speed = if motion.elapsed_s > 0.0 {
-            way / motion.elapsed_s
+            distance / motion.elapsed_s
         } else {
             0.0
         };
-        let taken_j = (self.assured.friction + self.assured.damping * speed) * way;
+        let taken_j = (self.assured.friction + self.assured.damping * speed) * distance;
         self.account_j = (self.account_j + taken_j - given_j).min(self.reserve_j);
     }
 

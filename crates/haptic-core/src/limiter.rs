@@ -105,13 +105,13 @@ impl<V: Vector> SafetyLimiter<V> {
         self.limits = limits;
         let to_n = limits.force_n;
         self.configured_n = self.configured_n.min(to_n.max(self.last_n.length()));
-        let way_n = to_n - self.configured_n;
-        let time_s = if way_n < 0.0 {
+        let change_n = to_n - self.configured_n;
+        let time_s = if change_n < 0.0 {
             ramp_s.min(MAX_LOWERING_S)
         } else {
             ramp_s
         };
-        self.move_n_per_s = way_n / time_s;
+        self.move_n_per_s = change_n / time_s;
         if !self.move_n_per_s.is_finite() {
             // There is no time to move in.
             self.arrive();
@@ -161,7 +161,8 @@ impl<V: Vector> SafetyLimiter<V> {
     }
 
     /// Scales `force` (N) by `gain` in 0..1, cuts it to the limit, and lets it go no farther from
-    /// the last one than `elapsed_s` allows. To zero it may go at once, and beyond zero by what the way to it has left.
+    /// the last one than `elapsed_s` allows. To zero it may go at once, and beyond zero by what the step to it has
+    /// left.
     ///
     /// # Errors
     /// [`NonFiniteForce`] where the product is not a finite number.
@@ -381,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_is_told_from_a_jump_of_the_encoder() {
+    fn a_motion_is_distinguished_from_a_jump_of_the_encoder() {
         let limiter = SafetyLimiter::new(LIMITS);
         let allows = |moved, velocity, elapsed_s| limiter.allows_step(moved, velocity, 0.0, elapsed_s, 1e-5);
         assert!(allows(1e-3, 1.0, 1e-3) && allows(1.9e-3, 1.0, 1e-3) && allows(0.1e-3, 1.0, 1e-3));

@@ -65,7 +65,7 @@ pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     })
 }
 
-/// The only name of which a part between hyphens begins with a word, or is near it. What is said not to be is not
+/// The only name of which a part between hyphens begins with a word, or is near it. What a `no` denies is not
 /// meant.
 fn by_a_part<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     let is_meant = |part: &str| {
@@ -147,7 +147,7 @@ mod tests {
             "a part of a name"
         );
         assert_eq!(nearest("fel", &scenes), Some("felt"), "the whole name first");
-        assert_eq!(nearest("frictoin", &scenes), None, "what is said not to be");
+        assert_eq!(nearest("frictoin", &scenes), None, "what a `no` denies");
         assert_eq!(
             nearest("friction", &["simulated-friction", "measured-friction"]),
             None,

@@ -194,13 +194,13 @@ impl OwnMotion {
             return 0.0;
         }
         let elapsed_s = core::mem::replace(&mut self.has_begun, true).then_some(elapsed_s);
-        let way = position - self.origin;
+        let from_origin = position - self.origin;
         let force = match &mut self.kind {
             Kind::Rest => return 0.0,
             Kind::Pulse(shape, gone_s) => {
                 // A device that sends nothing new does not prolong it.
                 *gone_s += elapsed_s.map_or(0.0, |elapsed_s| elapsed_s.max(self.period_s));
-                shape.force(*gone_s, way, velocity)
+                shape.force(*gone_s, from_origin, velocity)
             }
             Kind::Excitation(follower) => {
                 follower.go_on(elapsed_s, self.period_s);

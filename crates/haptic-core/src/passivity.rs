@@ -105,8 +105,8 @@ impl<V: Vector> PassivityObserver<V> {
         };
         let moved = position - last.position;
         let made = (last.applied - (last.force + force) * 0.5).dot(moved);
-        let (way, speed) = (moved.length(), velocity.length());
-        let taken_up = self.losses.friction * way + self.losses.damping * speed * way;
+        let (distance, speed) = (moved.length(), velocity.length());
+        let taken_up = self.losses.friction * distance + self.losses.damping * speed * distance;
         let excess_j = self.excess_j + made - taken_up;
         // Next to nothing is nothing. An account that is not a number is closed: the force itself is
         // checked elsewhere.
@@ -122,7 +122,7 @@ impl<V: Vector> PassivityObserver<V> {
         if coming <= 0.0 {
             return V::ZERO;
         }
-        // Over the way that the hand will go until the next sample it takes out what there is, as
+        // Over the distance that the hand will go until the next sample it takes out what there is, as
         // far as it may.
         -velocity.pointing((self.excess_j / coming).min(self.control_n))
     }

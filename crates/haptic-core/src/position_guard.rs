@@ -148,7 +148,7 @@ impl<V: Vector> PositionGuard<V> {
         };
         self.held = None;
         let since_s = held.elapsed_s + elapsed_s;
-        // The hand continues as before, or as the held sample said: an infinite velocity is never
+        // The hand continues as before, or as the held sample reported: an infinite velocity is never
         // allowed.
         let step = position - held.position;
         let velocity = (held.position - before.position) / held.elapsed_s;

@@ -37,7 +37,7 @@ pub struct RigFriction {
     pub cogging: Option<Cogging>,
 }
 
-/// A force against the positive axis that repeats itself along the way: the sum of
+/// A force against the positive axis that repeats itself along the path: the sum of
 /// `cosine cos(k p) + sine sin(k p)` over the harmonics `k = 1, 2, ...`, with
 /// `p = 2 pi position / period`.
 #[derive(Clone, Copy, Debug, PartialEq)]

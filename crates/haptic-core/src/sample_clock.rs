@@ -166,8 +166,8 @@ impl SampleClock {
         self.running.as_ref().is_some_and(|last| {
             let device_ns = stamp.device_ns.saturating_sub(last.last_device_ns);
             let steps = stamp.sequence.wrapping_sub(last.last_sequence);
-            let foretold_s = f64::from(steps) * self.period_s;
-            foretold_s > 0.0 && steps <= MAX_STEP && agree(seconds(device_ns), foretold_s)
+            let predicted_s = f64::from(steps) * self.period_s;
+            predicted_s > 0.0 && steps <= MAX_STEP && agree(seconds(device_ns), predicted_s)
         })
     }
 
@@ -265,11 +265,11 @@ fn agree(device_s: f64, other_s: f64) -> bool {
 /// period bears the stamps out.
 #[cold]
 fn believed_s(device_s: f64, host_s: f64, steps: u32, period_s: f64) -> f64 {
-    let foretold_s = f64::from(steps) * period_s;
-    if period_s <= 0.0 || steps > MAX_STEP || agree(device_s, foretold_s) {
+    let predicted_s = f64::from(steps) * period_s;
+    if period_s <= 0.0 || steps > MAX_STEP || agree(device_s, predicted_s) {
         return device_s;
     }
-    device_s.clamp(foretold_s.min(host_s), foretold_s.max(host_s))
+    device_s.clamp(predicted_s.min(host_s), predicted_s.max(host_s))
 }
 
 impl Window {

@@ -35,23 +35,23 @@ pub(crate) async fn watch(channel: &LoopChannel, socket: &Path) {
 struct LateLog {
     /// The options with which haptic-ctl finds the daemon, and a space; or nothing.
     ctl_options: String,
-    told: Counted,
-    told_at: Option<Instant>,
+    logged: Counted,
+    logged_at: Option<Instant>,
 }
 
 impl LateLog {
     /// The line to log now, if any.
     fn line(&mut self, now: Instant, counted: Counted) -> Option<String> {
-        let missed = counted.missed_periods - self.told.missed_periods;
-        let overruns = counted.overruns - self.told.overruns;
-        if missed == 0 || self.told_at.is_some_and(|told_at| now < told_at + PAUSE) {
+        let missed = counted.missed_periods - self.logged.missed_periods;
+        let overruns = counted.overruns - self.logged.overruns;
+        if missed == 0 || self.logged_at.is_some_and(|logged_at| now < logged_at + PAUSE) {
             return None;
         }
-        let since = self.told_at.map_or_else(
+        let since = self.logged_at.map_or_else(
             || "so far".to_owned(),
-            |told_at| format!("in {:.0} s", (now - told_at).as_secs_f64()),
+            |logged_at| format!("in {:.0} s", (now - logged_at).as_secs_f64()),
         );
-        (self.told, self.told_at) = (counted, Some(now));
+        (self.logged, self.logged_at) = (counted, Some(now));
         Some(format!(
             "late: {missed} missed periods and {overruns} overruns {since}; see `haptic-ctl {}timing`",
             self.ctl_options
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_is_said_at_once_and_the_others_together() {
+    fn the_first_is_logged_at_once_and_the_others_together() {
         let began = Instant::now();
         let after = |seconds| began + Duration::from_secs(seconds);
         let counted = |missed_periods, overruns| Counted {
@@ -76,14 +76,14 @@ mod tests {
             ..LateLog::default()
         };
         assert_eq!(log.line(after(0), counted(0, 0)), None);
-        let first = log.line(after(1), counted(2, 1)).expect("said");
+        let first = log.line(after(1), counted(2, 1)).expect("logged");
         assert!(
             first.starts_with("late: 2 missed periods and 1 overruns so far"),
             "{first}"
         );
         assert_eq!(log.line(after(5), counted(7, 1)), None);
         assert!(first.ends_with("see `haptic-ctl --rig left timing`"), "{first}");
-        let second = log.line(after(11), counted(9, 4)).expect("said");
+        let second = log.line(after(11), counted(9, 4)).expect("logged");
         assert!(
             second.starts_with("late: 7 missed periods and 3 overruns in 10 s"),
             "{second}"

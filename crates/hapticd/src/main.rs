@@ -335,10 +335,10 @@ mod tests {
         };
         assert_eq!(judged(FinalZero::Confirmed), Ok(()));
         assert_eq!(judged(FinalZero::NoDevice), Ok(()), "it was unplugged before");
-        let told = judged(FinalZero::Unconfirmed).expect_err("there may still be a force");
+        let message = judged(FinalZero::Unconfirmed).expect_err("there may still be a force");
         assert!(
-            told.contains("has not confirmed the zero force: cut the power"),
-            "{told}"
+            message.contains("has not confirmed the zero force: cut the power"),
+            "{message}"
         );
         let hangs = judge(None).expect_err("nobody knows").to_string();
         assert!(hangs.contains("hangs: cut the power"), "{hangs}");

@@ -20,7 +20,7 @@ use nix::fcntl::{FcntlArg, fcntl};
 use std::fs::File;
 use std::io;
 
-/// Most loops on one processor that can be told apart.
+/// Most loops on one processor that can be distinguished.
 const SLOTS: u16 = 16;
 
 /// Offset of the first byte: "haptic" in ASCII, which no other program locks by chance.
@@ -152,8 +152,8 @@ mod tests {
         assert_eq!((first.others(), elsewhere.others()), (0, 0));
         let second = ProcessorShare::claim(cpu).expect("a share");
         assert_eq!((first.others(), second.others()), (1, 1));
-        let told = first.problem().expect("there is another one").what;
-        assert!(told.contains(&format!("processor {cpu}")), "{told}");
+        let message = first.problem().expect("there is another one").what;
+        assert!(message.contains(&format!("processor {cpu}")), "{message}");
         // Another descriptor of the same inode comes and goes all the time.
         drop(File::open(INODE).expect("it is there"));
         assert_eq!(second.others(), 1);

@@ -78,12 +78,12 @@ impl ControlSide {
     /// The system has no thread left.
     pub(crate) fn serve(self, loops_cpu: Option<usize>, available_cpus: Vec<usize>) -> std::io::Result<Serving> {
         let over = Arc::new(AtomicBool::new(false));
-        let told = Arc::clone(&over);
+        let is_over = Arc::clone(&over);
         let thread = std::thread::Builder::new().name("control".to_owned()).spawn(move || {
             if let Some(cpu) = loops_cpu {
                 privileges::leave_cpu_alone(cpu, &available_cpus);
             }
-            self.run(&told)
+            self.run(&is_over)
         })?;
         Ok(Serving { over, thread })
     }

@@ -56,15 +56,15 @@ impl ServiceManager {
         // must never wait for that.
         let (messages, to_send) = sync_channel::<String>(BACKLOG);
         threads::start("notify", 64 * 1024, move || {
-            let mut heard = true;
+            let mut was_sent = true;
             for message in to_send {
                 let sent = sd_notify::notify(&[NotifyState::Custom(&message)]);
                 if let Err(error) = &sent
-                    && heard
+                    && was_sent
                 {
                     crate::say(&format!("cannot notify the service manager: {error}"));
                 }
-                heard = sent.is_ok();
+                was_sent = sent.is_ok();
             }
         })?;
         Ok(Self {
@@ -82,7 +82,7 @@ impl ServiceManager {
             sleep(Duration::from_millis(1)).await;
         }
         let mut pause = every(self.feeding.unwrap_or(STATUS_PERIOD).max(Duration::from_millis(1)));
-        let (mut last_tick, mut ticked_at, mut said, mut ready) = (None, Instant::now(), String::new(), false);
+        let (mut last_tick, mut ticked_at, mut reported, mut ready) = (None, Instant::now(), String::new(), false);
         let mut hanging_turns = 0;
         loop {
             pause.tick().await;
@@ -119,12 +119,12 @@ impl ServiceManager {
                     news.push(NotifyState::Watchdog);
                 }
             }
-            if status != said {
+            if status != reported {
                 news.push(NotifyState::Status(&status));
             }
             if self.tell(&news) {
                 ready = true;
-                said = status;
+                reported = status;
             }
         }
     }

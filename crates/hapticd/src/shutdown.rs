@@ -1,14 +1,14 @@
 //! The signals that end the daemon, and an overseer that makes sure that it ends.
 //!
 //! A thread waits for every signal that would end the process, whoever has sent it by whatever mistake, and passes it
-//! on to the control thread, which releases the rig along its ramp and ends the loop. SIGKILL cannot be heard, and
+//! on to the control thread, which releases the rig along its ramp and ends the loop. SIGKILL cannot be caught, and
 //! those that a thread's own fault raises are no wish to end in order: the device's watchdog answers them. SIGHUP ends
 //! only a daemon with a terminal, which is gone then; to a service it asks to read its configuration again. Meanwhile
 //! the overseer, a third thread, waits: if the control thread does not react to the signal, or does not end in time,
 //! the overseer ends the loop with zero force, and then the process. So a signal is obeyed even if the control
 //! thread is blocked by a file, a descriptor or a lock.
 //!
-//! A thread that hangs may hold any lock, that of a channel, of the log or of the allocator. So the way from a
+//! A thread that hangs may hold any lock, that of a channel, of the log or of the allocator. So the path from a
 //! signal to the end of the loop has none: it is a word, a wake-up and a byte on a socket that never blocks. What
 //! comes after, the last line of the log, may wait for one: the kernel's alarm then ends the process.
 
@@ -23,7 +23,7 @@ use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 use tokio::net::UnixStream;
 
-/// The signals that are heard, beside those of real time, which have no names.
+/// The signals that are waited for, beside those of real time, which have no names.
 const SIGNALS: [Signal; 14] = [
     Signal::SIGHUP,
     Signal::SIGINT,
@@ -124,8 +124,8 @@ struct SignalSet(libc::sigset_t);
 
 #[allow(unsafe_code, reason = "nix knows no signal of real time")]
 impl SignalSet {
-    /// Those that are heard.
-    fn heard() -> Self {
+    /// Those that are waited for.
+    fn watched() -> Self {
         // SAFETY: a set is plain bits, which the first call fills in; the others change bits of it.
         unsafe {
             let mut set: libc::sigset_t = std::mem::zeroed();
@@ -179,7 +179,7 @@ pub(crate) struct BlockedSignals {
 /// The signals that ask the daemon to end.
 #[derive(Debug)]
 pub(crate) struct StopSignals {
-    heard: SignalWakeup,
+    wakeup: SignalWakeup,
     overseer: OverseerHandle,
 }
 
@@ -189,7 +189,7 @@ impl BlockedSignals {
     /// # Errors
     /// The system refuses.
     pub(crate) fn new() -> std::io::Result<Self> {
-        let set = SignalSet::heard();
+        let set = SignalSet::watched();
         set.block()?;
         Ok(Self {
             set,
@@ -208,7 +208,7 @@ impl BlockedSignals {
         ramp: Duration,
         end_loop: impl Fn() + Send + 'static,
     ) -> std::io::Result<(StopSignals, SignalWakeup)> {
-        let (end, heard) = SignalWakeup::new()?;
+        let (end, wakeup) = SignalWakeup::new()?;
         let (reload, reloads) = SignalWakeup::new()?;
         let progress = Arc::new(Progress::default());
         let overseen = Arc::clone(&progress);
@@ -233,14 +233,14 @@ impl BlockedSignals {
                 }
             }
         })?;
-        Ok((StopSignals { heard, overseer }, reloads))
+        Ok((StopSignals { wakeup, overseer }, reloads))
     }
 }
 
 impl StopSignals {
     /// Waits for the next signal.
     pub(crate) async fn wait(&self) {
-        if self.heard.next().await.is_err() {
+        if self.wakeup.next().await.is_err() {
             std::future::pending::<()>().await;
         }
     }
@@ -345,8 +345,8 @@ mod tests {
             .output()
             .expect("it starts");
         assert_eq!(output.status.signal(), Some(Signal::SIGALRM as i32), "{output:?}");
-        let said = String::from_utf8_lossy(&output.stdout);
-        assert!(said.contains("the loop was ended"), "{said}");
+        let printed = String::from_utf8_lossy(&output.stdout);
+        assert!(printed.contains("the loop was ended"), "{printed}");
     }
 
     #[test]
@@ -357,18 +357,18 @@ mod tests {
         // SAFETY: no handler.
         unsafe { signal::signal(Signal::SIGALRM, SigHandler::SigIgn) }.expect("the system permits it");
         let _held = std::io::stderr().lock();
-        let (told, heard) = std::sync::mpsc::channel();
+        let (sender, receiver) = std::sync::mpsc::channel();
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
             .expect("a runtime");
         let _entered = runtime.enter();
         let blocked = BlockedSignals::new().expect("the system permits it");
-        let end_loop = move || told.send(()).expect("it is heard");
+        let end_loop = move || sender.send(()).expect("it is received");
         let (signals, _reloads) = blocked.watch(Duration::ZERO, end_loop).expect("threads");
         // It begins to end, and comes to none.
         signals.begun();
-        heard.recv().expect("the loop is ended");
+        receiver.recv().expect("the loop is ended");
         println!("the loop was ended");
         thread::sleep(Duration::from_secs(60));
     }

@@ -17,7 +17,7 @@ volatile bool ticked;
 void stopWatchdog() __attribute__((naked, used, section(".init3")));
 void stopWatchdog() { MCUSR = 0; wdt_disable(); }
 
-// At each edge of A, B tells the way.
+// At each edge of A, B tells the direction.
 void turned0() { if (!(PIND & 1 << 2) != !(PIND & 1 << 4)) counts[0]++; else counts[0]--; }
 void turned1() { if (!(PIND & 1 << 3) != !(PIND & 1 << 7)) counts[1]++; else counts[1]--; }
 

@@ -189,13 +189,13 @@ impl ODriveBoard {
         if is_lost {
             return None;
         }
-        let said = self.obey(&command, now_ns)?;
-        let sum = said.bytes().fold(0_u8, |sum, byte| sum ^ byte);
+        let answer = self.obey(&command, now_ns)?;
+        let sum = answer.bytes().fold(0_u8, |sum, byte| sum ^ byte);
         Some(
             if checked {
-                format!("{said}*{sum}\r\n")
+                format!("{answer}*{sum}\r\n")
             } else {
-                format!("{said}\r\n")
+                format!("{answer}\r\n")
             }
             .into_bytes(),
         )
@@ -422,7 +422,7 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    fn said(board: &mut ODriveBoard, line: &str, now_ns: u64) -> String {
+    fn answered(board: &mut ODriveBoard, line: &str, now_ns: u64) -> String {
         String::from_utf8(board.receive(line.as_bytes(), now_ns).concat()).expect("text")
     }
 
@@ -444,30 +444,30 @@ mod tests {
             ("w axis0.current_state 1\n", "not implemented\r\n"),
             ("r axis0.config.watchdog_timeout\n", "0.000000\r\n"),
         ] {
-            assert_eq!(said(&mut board, line, MS), answer, "{line}");
+            assert_eq!(answered(&mut board, line, MS), answer, "{line}");
         }
     }
 
     #[test]
     fn torque_needs_a_closed_loop_and_the_watchdog_ends_it() {
         let mut board = ODriveBoard::new(RigProperties::default(), Hand::Free, ODriveProperties::default());
-        said(
+        answered(
             &mut board,
             "c 0 0.05\nw axis0.config.watchdog_timeout 0.05\nw axis0.config.enable_watchdog 1\n",
             MS,
         );
         assert_eq!(board.force_n(), 0.0);
-        said(&mut board, "w axis0.requested_state 8\n", 2 * MS);
-        assert_eq!(said(&mut board, "r axis0.current_state\n", 4 * MS), "8\r\n");
+        answered(&mut board, "w axis0.requested_state 8\n", 2 * MS);
+        assert_eq!(answered(&mut board, "r axis0.current_state\n", 4 * MS), "8\r\n");
         assert_eq!(board.force_n(), 10.0);
         board.live_until(50 * MS);
         assert_eq!(board.force_n(), 10.0);
         board.live_until(51 * MS);
         assert_eq!((board.force_n(), board.watchdog_has_tripped()), (0.0, true));
-        assert_eq!(said(&mut board, "r axis0.error\n", 60 * MS), "2048\r\n");
+        assert_eq!(answered(&mut board, "r axis0.error\n", 60 * MS), "2048\r\n");
         // With an error it closes no loop.
-        said(&mut board, "w axis0.requested_state 8\n", 61 * MS);
-        assert_eq!(said(&mut board, "r axis0.error\n", 70 * MS), "2049\r\n");
+        answered(&mut board, "w axis0.requested_state 8\n", 61 * MS);
+        assert_eq!(answered(&mut board, "r axis0.error\n", 70 * MS), "2049\r\n");
         assert!(!board.is_on());
     }
 }

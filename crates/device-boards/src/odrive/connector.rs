@@ -66,7 +66,7 @@ impl ODriveOptions {
                 let revision = required(greeting, "fw_version_revision")?;
                 Ok(Some([major, minor, revision]))
             },
-            |heard_bytes| match heard_bytes {
+            |received_bytes| match received_bytes {
                 0 => "nothing answers; is it an ODrive, and does this port of it speak the ASCII protocol?".to_owned(),
                 bytes => format!(
                     "{bytes} bytes came and no answer with a checksum; is it an ODrive, does this port speak the \

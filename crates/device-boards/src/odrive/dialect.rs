@@ -119,12 +119,12 @@ impl ODriveDialect {
             (Question::AxisError, Some(bits)) => self.take_axis_errors(bits_of(bits), axis, now_ns),
             (Question::BoardError, Some(bits)) => self.take_board_errors(bits_of(bits), axis, now_ns),
             (Question::Setting, value) => {
-                if let Motor::Arming { told_at_ns, .. } = &mut axis.motor
+                if let Motor::Arming { sent_at_ns, .. } = &mut axis.motor
                     && let Some((_, wanted)) = self.setting()
                     && value.is_some_and(|value| (value - wanted).abs() < 1e-4)
                 {
                     self.armed_steps += 1;
-                    *told_at_ns = None;
+                    *sent_at_ns = None;
                 }
             }
             (_, None) => add(&axis.counters().malformed, 1),
@@ -333,12 +333,12 @@ impl Dialect for ODriveDialect {
     }
 
     fn arm(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
-        let Motor::Arming { since_ns, told_at_ns } = axis.motor else {
+        let Motor::Arming { since_ns, sent_at_ns } = axis.motor else {
             return;
         };
-        let told_now = Motor::Arming {
+        let sent_now = Motor::Arming {
             since_ns,
-            told_at_ns: Some(now_ns),
+            sent_at_ns: Some(now_ns),
         };
         let number = self.axis;
         // Zero torque feeds the watchdog meanwhile.
@@ -349,14 +349,14 @@ impl Dialect for ODriveDialect {
             self.armed_steps = 1;
             axis.ask_after_ns = 0;
         } else if let Some((property, value)) = self.setting() {
-            if is_due(told_at_ns, now_ns) && self.asked.is_none() {
-                axis.motor = told_now;
+            if is_due(sent_at_ns, now_ns) && self.asked.is_none() {
+                axis.motor = sent_now;
                 words::write(out, format_args!("w axis{number}.{property} {value}"));
             }
             self.ask(Question::Setting, axis, now_ns, out);
         } else {
-            if told_at_ns.is_none() {
-                axis.motor = told_now;
+            if sent_at_ns.is_none() {
+                axis.motor = sent_now;
                 words::write(out, format_args!("w axis{number}.requested_state {CLOSED_LOOP}"));
             }
             self.watch(0, axis, now_ns, out);

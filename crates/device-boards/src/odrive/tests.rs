@@ -123,15 +123,15 @@ fn failed(code: ErrorCode, detail: u32) -> DeviceError {
 }
 
 #[test]
-fn what_is_wrong_with_the_board_and_not_the_axis_is_told() {
+fn an_error_of_the_board_alone_is_reported() {
     const DC_BUS_OVER_VOLTAGE: u32 = 4;
     for phase in (0..60).step_by(3) {
         let mut line = line();
         line.ticks(100 + phase, 2.0, true);
         assert!(line.board.is_on());
         line.board.fail_as_a_whole(DC_BUS_OVER_VOLTAGE);
-        let (ticks, told) = line.ticks_until_failure(200, 2.0, true).expect("it is reported");
-        assert_eq!(told, failed(ErrorCode::Other, DC_BUS_OVER_VOLTAGE));
+        let (ticks, reported) = line.ticks_until_failure(200, 2.0, true).expect("it is reported");
+        assert_eq!(reported, failed(ErrorCode::Other, DC_BUS_OVER_VOLTAGE));
         assert!(ticks <= 60, "{ticks}");
         assert_eq!(
             line.counters
@@ -155,7 +155,7 @@ fn what_is_wrong_with_the_board_and_not_the_axis_is_told() {
 }
 
 #[test]
-fn an_axis_that_fails_is_told_as_what_it_is() {
+fn an_axis_failure_is_reported_as_what_it_is() {
     for (firmware, bits, error) in [
         ([0, 5, 6], 0x40, failed(ErrorCode::Motor, 0x40)),
         ([0, 5, 6], 0x100, failed(ErrorCode::Sensor, 0x100)),
@@ -175,8 +175,8 @@ fn an_axis_that_fails_is_told_as_what_it_is() {
             line.ticks(100 + phase, 2.0, true);
             assert!(line.board.is_on());
             line.board.fail(bits);
-            let (ticks, told) = line.ticks_until_failure(200, 2.0, true).expect("it is reported");
-            assert_eq!(told, error, "{firmware:?} {bits:#x}");
+            let (ticks, reported) = line.ticks_until_failure(200, 2.0, true).expect("it is reported");
+            assert_eq!(reported, error, "{firmware:?} {bits:#x}");
             // An error at the next question; nothing but a state at the one after that.
             let most = if bits == 0 { 60 } else { 40 };
             assert!(ticks <= most, "{firmware:?} {bits:#x}: {ticks}");
@@ -190,8 +190,8 @@ fn sensor_failure_without_force_is_reported() {
     let mut line = line();
     line.ticks(100, 0.0, false);
     line.board.fail(0x100);
-    let (ticks, told) = line.ticks_until_failure(400, 0.0, false).expect("it is reported");
-    assert_eq!(told, failed(ErrorCode::Sensor, 0x100));
+    let (ticks, reported) = line.ticks_until_failure(400, 0.0, false).expect("it is reported");
+    assert_eq!(reported, failed(ErrorCode::Sensor, 0x100));
     assert!(ticks <= 160, "{ticks}");
 }
 
@@ -204,7 +204,7 @@ fn a_line_that_is_too_long_counts_as_malformed() {
 }
 
 #[test]
-fn an_axis_that_cannot_close_its_loop_is_told() {
+fn an_axis_that_cannot_close_its_loop_is_reported() {
     let properties = ODriveProperties {
         calibrated: false,
         ..ODriveProperties::default()
@@ -298,12 +298,12 @@ fn a_slow_line_sets_the_pace_and_fills_no_buffer() {
     let mut line = line();
     line.quality.delay_ms = 4.0;
     let before = line.ticks(100, 1.0, true);
-    let said = line.said.len();
+    let sent = line.sent.len();
     let after = line.ticks(800, 1.0, true);
     // Four questions in eight milliseconds and two ticks.
     let share = f64::from(after.sequence - before.sequence) / 800.0;
     assert!((0.4..=0.5).contains(&share), "{share}");
-    assert!(line.said.len() - said < 800 * 25, "{}", line.said.len() - said);
+    assert!(line.sent.len() - sent < 800 * 25, "{}", line.sent.len() - sent);
     assert!(line.count(|counters| &counters.not_sent) > 300);
     assert!(line.count(|counters| &counters.late) > 300);
     let round_trip = line.count(|counters| &counters.round_trip_ns);
@@ -324,7 +324,7 @@ fn motor_counts_as_off_only_once_axis_confirms() {
                 assert_eq!(
                     sample.motor,
                     Motor::Enabled,
-                    "{wrong:?} after {k} ms: nothing has said that it is off"
+                    "{wrong:?} after {k} ms: nothing has confirmed that it is off"
                 );
             }
         }

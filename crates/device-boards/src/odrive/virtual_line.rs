@@ -27,7 +27,7 @@ pub(super) struct VirtualLine {
     /// Nothing of the host comes through.
     pub(super) host_is_dead: bool,
     /// Everything that the host has sent.
-    pub(super) said: Vec<u8>,
+    pub(super) sent: Vec<u8>,
     lines: Lines,
     up: Channel,
     down: Channel,
@@ -43,7 +43,7 @@ impl VirtualLine {
             counters,
             now_ns,
             host_is_dead: false,
-            said: Vec::new(),
+            sent: Vec::new(),
             lines: Lines::default(),
             up: Channel::new(3),
             down: Channel::new(4),
@@ -81,7 +81,7 @@ impl VirtualLine {
         if self.host_is_dead {
             return;
         }
-        self.said.extend(text.as_bytes());
+        self.sent.extend(text.as_bytes());
         for line in text.as_bytes().split_inclusive(|byte| *byte == b'\n') {
             self.down.send(line.to_vec(), &self.quality, self.now_ns);
         }

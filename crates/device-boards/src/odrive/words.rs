@@ -42,30 +42,30 @@ pub(super) fn write(text: &mut Text, command: fmt::Arguments<'_>) -> bool {
 /// The part before a correct checksum.
 fn checked(line: &[u8]) -> Option<&[u8]> {
     let at = line.iter().rposition(|byte| *byte == b'*')?;
-    let (said, sum) = (line.get(..at)?, line.get(at + 1..)?);
+    let (body, sum) = (line.get(..at)?, line.get(at + 1..)?);
     let plain = (1..=3).contains(&sum.len()) && sum.iter().all(u8::is_ascii_digit);
     let sum: u8 = plain.then(|| std::str::from_utf8(sum).ok()?.parse().ok()).flatten()?;
-    (sum == checksum(said)).then_some(said)
+    (sum == checksum(body)).then_some(body)
 }
 
 /// Reads a line.
 pub(super) fn read(line: &[u8]) -> Result<Answer<'_>, Damage> {
-    let said = checked(line).ok_or(Damage::Checksum)?;
+    let body = checked(line).ok_or(Damage::Checksum)?;
     let refusals: [&[u8]; 4] = [b"unknown command", b"invalid ", b"not implemented", b"error"];
-    if refusals.iter().any(|refusal| said.starts_with(refusal)) {
+    if refusals.iter().any(|refusal| body.starts_with(refusal)) {
         return Ok(Answer::Refused);
     }
-    if let Some(space) = said.iter().position(|byte| *byte == b' ') {
-        let (turns, speed) = (said.get(..space), said.get(space + 1..));
+    if let Some(space) = body.iter().position(|byte| *byte == b' ') {
+        let (turns, speed) = (body.get(..space), body.get(space + 1..));
         return match (turns.and_then(number), speed.and_then(number)) {
             (Some(turns), Some(speed)) => Ok(Answer::Feedback(turns, speed)),
             _ => Err(Damage::Words),
         };
     }
-    if said.is_empty() || !said.iter().all(u8::is_ascii_graphic) {
+    if body.is_empty() || !body.iter().all(u8::is_ascii_graphic) {
         return Err(Damage::Words);
     }
-    Ok(Answer::Value(said))
+    Ok(Answer::Value(body))
 }
 
 #[cfg(test)]
@@ -74,8 +74,8 @@ mod tests {
     use proptest::prelude::*;
 
     /// A line with the checksum of what it says.
-    fn line(said: &str) -> String {
-        format!("{said}*{}", checksum(said.as_bytes()))
+    fn line(body: &str) -> String {
+        format!("{body}*{}", checksum(body.as_bytes()))
     }
 
     #[test]
@@ -87,8 +87,8 @@ mod tests {
     }
 
     #[test]
-    fn answers_are_told_apart() {
-        for (said, answer) in [
+    fn answers_are_distinguished() {
+        for (body, answer) in [
             ("1.500000 -0.250000", Answer::Feedback(1.5, -0.25)),
             ("8", Answer::Value(b"8")),
             ("0.050000", Answer::Value(b"0.050000")),
@@ -96,7 +96,7 @@ mod tests {
             ("unknown command", Answer::Refused),
             ("not implemented", Answer::Refused),
         ] {
-            assert_eq!(read(line(said).as_bytes()), Ok(answer), "{said}");
+            assert_eq!(read(line(body).as_bytes()), Ok(answer), "{body}");
         }
         for (wrong, damage) in [
             ("1.500000 -0.250000".to_owned(), Damage::Checksum),
@@ -118,17 +118,17 @@ mod tests {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn any_bytes_are_read_and_numbers_are_finite(said in prop::collection::vec(any::<u8>(), 0..100), sum in any::<u8>()) {
-            let mut with_sum = said.clone();
+        fn any_bytes_are_read_and_numbers_are_finite(body in prop::collection::vec(any::<u8>(), 0..100), sum in any::<u8>()) {
+            let mut with_sum = body.clone();
             with_sum.extend(format!("*{sum}").bytes());
-            let mut with_right_sum = said.clone();
-            with_right_sum.extend(format!("*{}", checksum(&said)).bytes());
-            for bytes in [&said, &with_sum, &with_right_sum] {
+            let mut with_right_sum = body.clone();
+            with_right_sum.extend(format!("*{}", checksum(&body)).bytes());
+            for bytes in [&body, &with_sum, &with_right_sum] {
                 if let Ok(Answer::Feedback(turns, speed)) = read(bytes) {
                     prop_assert!(turns.is_finite() && speed.is_finite());
                 }
             }
-            if sum != checksum(&said) {
+            if sum != checksum(&body) {
                 prop_assert_eq!(read(&with_sum), Err(Damage::Checksum));
             }
         }

@@ -79,11 +79,11 @@ pub struct Firmware {
     /// Sequence of the next sample.
     sequence: u32,
     /// Sequence of the newest message of the host's.
-    heard: u32,
+    newest_message: u32,
     /// Sequence of the newest command.
     command: u32,
     command_at_ns: u64,
-    heard_at_ns: u64,
+    received_at_ns: u64,
     /// Offsets of the clock, us, and of the encoder, counts.
     clock_offset_us: u32,
     count_offset: i32,
@@ -113,10 +113,10 @@ impl Firmware {
             state: State::Silent,
             watchdog: false,
             sequence: 0,
-            heard: 0,
+            newest_message: 0,
             command: 0,
             command_at_ns: 0,
-            heard_at_ns: 0,
+            received_at_ns: 0,
             clock_offset_us: 0,
             count_offset: 0,
             clock: FaultyClock::default(),
@@ -144,17 +144,17 @@ impl Firmware {
                 self.drive(NO_FORCE);
                 self.state = State::Off;
                 self.watchdog = false;
-                (self.sequence, self.heard, self.command) = (0, 0, 0);
-                self.heard_at_ns = now_ns;
+                (self.sequence, self.newest_message, self.command) = (0, 0, 0);
+                self.received_at_ns = now_ns;
                 return Some(FromDevice::Hello(self.hello(nonce)));
             }
             FromHost::Command { sequence, .. } | FromHost::Enable { sequence, .. } => sequence,
         };
-        if self.state == State::Silent || !is_newer(sequence, self.heard) {
+        if self.state == State::Silent || !is_newer(sequence, self.newest_message) {
             return None;
         }
-        self.heard = sequence;
-        self.heard_at_ns = now_ns;
+        self.newest_message = sequence;
+        self.received_at_ns = now_ns;
         match message {
             FromHost::Command {
                 force_mn,
@@ -228,7 +228,7 @@ impl Firmware {
     /// This process was kept from running for this long, ns, as no microcontroller is: its watchdog counts none of it.
     pub fn held_up(&mut self, for_ns: u64) {
         self.command_at_ns += for_ns;
-        self.heard_at_ns += for_ns;
+        self.received_at_ns += for_ns;
     }
 
     /// The newest sample was never taken.
@@ -259,7 +259,7 @@ impl Firmware {
             self.watchdog = true;
         }
         self.mechanics.live_until(now_ns);
-        if self.state != State::Silent && now_ns >= self.heard_at_ns + SILENCE_NS {
+        if self.state != State::Silent && now_ns >= self.received_at_ns + SILENCE_NS {
             if self.does(Misbehaviour::StayEnabled) {
                 return;
             }

@@ -114,7 +114,7 @@ impl fmt::Display for Motion {
     }
 }
 
-/// Duration of the way back in a loop, s.
+/// Duration of the return in a loop, s.
 const RETURN_S: f64 = 1.0;
 
 /// A recorded motion. Between samples it is a cubic through both, with slopes from their

@@ -159,13 +159,13 @@ impl FaultyClock {
         reason = "a clock that wraps around"
     )]
     pub(super) fn stamp(&mut self, honest_us: u32, true_us: u64) -> u32 {
-        let told_us = honest_us.wrapping_add(self.added_at_us(true_us).round() as i64 as u32);
-        let upper_us = if self.torn { self.last_us } else { told_us } & 0xFFFF_0000;
-        self.last_us = told_us;
+        let false_us = honest_us.wrapping_add(self.added_at_us(true_us).round() as i64 as u32);
+        let upper_us = if self.torn { self.last_us } else { false_us } & 0xFFFF_0000;
+        self.last_us = false_us;
         if self.wrap16 {
-            told_us & 0xFFFF
+            false_us & 0xFFFF
         } else {
-            upper_us | told_us & 0xFFFF
+            upper_us | false_us & 0xFFFF
         }
     }
 }
@@ -175,7 +175,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_clock_lies_as_it_is_told() {
+    fn a_clock_is_distorted_as_its_fault_says() {
         let stamps = |fault: ClockFault| {
             let mut clock = FaultyClock::default();
             assert_eq!(clock.stamp(65_000, 65_000), 65_000);

@@ -1,4 +1,4 @@
-//! The way of a hand in the plane.
+//! The path of a hand in the plane.
 
 use super::hand::{Motion, Recording};
 use haptic_core::planar::Plane;

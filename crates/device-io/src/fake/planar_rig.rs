@@ -61,7 +61,7 @@ pub struct PlanarRig {
     velocity: Plane,
     motors: [f64; 2],
     efforts: [f64; 2],
-    /// Share of the way from rest to the path, in time, and whether the hand goes back to rest.
+    /// Share of the distance from rest to the path, in time, and whether the hand goes back to rest.
     joined: f64,
     rests: bool,
     /// Whether the hand is off the handle.
@@ -111,7 +111,7 @@ impl PlanarRig {
         &self.kinematics
     }
 
-    /// The way of its hand, where there is one.
+    /// The path of its hand, where there is one.
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.path.as_ref()

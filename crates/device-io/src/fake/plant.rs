@@ -211,10 +211,10 @@ impl Plant {
         self.velocity_mps = 2.0 * middle - self.velocity_mps;
         self.position_m += h * middle;
         // With the speed at the end, so that the spring makes no energy.
-        let way_m = h * self.velocity_mps;
-        let steady_m = (self.friction_n(way_m) / stiffness).copysign(way_m);
+        let distance_m = h * self.velocity_mps;
+        let steady_m = (self.friction_n(distance_m) / stiffness).copysign(distance_m);
         if steady_m != 0.0 {
-            self.deflection_m = steady_m + (self.deflection_m - steady_m) * libm::exp(-way_m / steady_m);
+            self.deflection_m = steady_m + (self.deflection_m - steady_m) * libm::exp(-distance_m / steady_m);
         }
     }
 }

@@ -51,7 +51,7 @@ pub struct PointerArm {
     damping_ns_per_m: f64,
     pointer: Pointer,
     /// The newest news, and their age, s.
-    heard: u64,
+    news: u64,
     age_s: f64,
     /// Where the pointer is, m.
     pointed_m: f64,
@@ -74,7 +74,7 @@ impl PointerArm {
             stiffness_n_per_m,
             damping_ns_per_m,
             pointer: Pointer::default(),
-            heard: 0,
+            news: 0,
             age_s: f64::INFINITY,
             pointed_m: 0.0,
             even_m: 0.0,
@@ -104,8 +104,8 @@ impl PointerArm {
         self.age_s += elapsed_s;
         self.hear(handle_m);
         let begin_m = self.even_m;
-        let (left_m, way_m) = (self.pointed_m - begin_m, self.even_mps * elapsed_s);
-        self.even_m += if way_m.abs() < left_m.abs() { way_m } else { left_m };
+        let (left_m, step_m) = (self.pointed_m - begin_m, self.even_mps * elapsed_s);
+        self.even_m += if step_m.abs() < left_m.abs() { step_m } else { left_m };
         // The low pass's answer to a motion that is even within this time: how far its end is behind.
         let steady_m = (self.even_m - begin_m) / elapsed_s * ROUNDING_S;
         let behind_m = steady_m + (begin_m - self.end_m - steady_m) * libm::exp(-elapsed_s / ROUNDING_S);
@@ -119,7 +119,7 @@ impl PointerArm {
     /// Takes news of the pointer, if there are any.
     fn hear(&mut self, handle_m: f64) {
         let news = self.pointer.0.load(Ordering::Relaxed);
-        if news == self.heard {
+        if news == self.news {
             return;
         }
         if self.grip == 0.0 {
@@ -131,7 +131,7 @@ impl PointerArm {
         self.pointed_m = place.into();
         let gap_s = self.age_s.clamp(GAP_S.0, GAP_S.1);
         self.even_mps = ((self.pointed_m - self.even_m) / gap_s).clamp(-MAX_SPEED_MPS, MAX_SPEED_MPS);
-        (self.heard, self.age_s) = (news, 0.0);
+        (self.news, self.age_s) = (news, 0.0);
     }
 
     /// Its force on a handle that rests at `handle_m` in the middle of a step of `h` seconds around `middle_s`, N, and
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn the_handle_follows_a_pointer_that_is_told_now_and_then() {
+    fn the_handle_follows_a_pointer_with_rare_news() {
         let mut rig = Rig::new();
         let mut seen = rig.tick(1e-3, 0.0);
         for ms in 0..2000_u32 {

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! The angle of a motor is that of its proximal link, from the x axis, growing to the left. The hand lies to the left
-//! of the way from elbow 1 to elbow 2, and the elbows lie outside.
+//! of the line from elbow 1 to elbow 2, and the elbows lie outside.
 
 use super::dual::Dual;
 use haptic_core::planar::Plane;
@@ -35,7 +35,7 @@ impl FiveBar {
     pub(super) fn hand(&self, [first, second]: [Dual; 2]) -> Option<[Dual; 2]> {
         let [x1, y1] = self.elbow(first, -0.5 * self.base_m);
         let [x2, y2] = self.elbow(second, 0.5 * self.base_m);
-        // Half of the way from elbow 1 to elbow 2, and the height of the hand over it.
+        // Half of the line from elbow 1 to elbow 2, and the height of the hand over it.
         let (half_x, half_y) = ((x2 - x1) * 0.5, (y2 - y1) * 0.5);
         let half_squared = half_x * half_x + half_y * half_y;
         let height_squared = Dual::constant(self.distal_m * self.distal_m) - half_squared;
@@ -63,7 +63,7 @@ impl FiveBar {
         (apart.length() <= ROUNDING_M).then_some(angles)
     }
 
-    /// The angle of a motor, rad, by the way from it to the hand, with its elbow on one `side` of that way: 1 for the
+    /// The angle of a motor, rad, by the line from it to the hand, with its elbow on one `side` of that line: 1 for the
     /// left.
     fn motor(&self, to_hand: Plane, side: f64) -> Option<f64> {
         let distance = to_hand.length();

@@ -18,7 +18,7 @@ impl Jacobian {
         self.columns[0] * first + self.columns[1] * second
     }
 
-    /// The way of the hand by that of a motor, counted from 0.
+    /// The travel of the hand by that of a motor, counted from 0.
     #[must_use]
     pub fn column(&self, motor: usize) -> Plane {
         self.columns[motor]
@@ -47,19 +47,19 @@ impl Jacobian {
     }
 
     /// How much farther one motor, counted from 0, carries the hand, m, than the other does either way, as they move by
-    /// these ways, m or rad.
+    /// these distances, m or rad.
     ///
     /// Whatever mass `mu` the hand has and whatever inertias the motors, an effort of this motor alone gives more than
     /// zero, and one of the other motor less: the motors' inertia matrix is `H = mu J'J + diag(I)`, and they move by a
-    /// column of its inverse, `(H22, -H12)` for the first. So the ratio of the ways that they carry the hand is at most
-    /// the cosine between the columns of `J`, or at least its inverse.
+    /// column of its inverse, `(H22, -H12)` for the first. So the ratio of the distances that they carry the hand is at
+    /// most the cosine between the columns of `J`, or at least its inverse.
     #[must_use]
-    pub fn lead_m(&self, motor: usize, ways: [f64; 2]) -> f64 {
-        let carried = |motor: usize| self.columns[motor].length() * ways[motor];
+    pub fn lead_m(&self, motor: usize, moved: [f64; 2]) -> f64 {
+        let carried = |motor: usize| self.columns[motor].length() * moved[motor];
         carried(motor) - carried(1 - motor).abs()
     }
 
-    /// The least and the largest way of the hand, in any direction, by that of the motors: its singular values.
+    /// The least and the largest travel of the hand, in any direction, by that of the motors: its singular values.
     pub(super) fn gains(&self) -> (f64, f64) {
         let [first, second] = self.columns;
         let sum = first.dot(first) + second.dot(second);
@@ -69,7 +69,7 @@ impl Jacobian {
     }
 
     /// The mass, kg, that inertias of the motors alone, kg or kg m^2, are to the hand: in the direction where it is the
-    /// lightest, which is told, and across it, where it is the heaviest. `M = J^-T diag(I) J^-1`.
+    /// lightest, which is returned, and across it, where it is the heaviest. `M = J^-T diag(I) J^-1`.
     pub(super) fn masses_kg(&self, inertias: [f64; 2]) -> ([f64; 2], Plane) {
         // The eigenvalues of its inverse are the squares of the gains of `J diag(I)^-1/2`.
         let columns = [0, 1].map(|motor| self.columns[motor] * (1.0 / inertias[motor].max(MIN_INERTIA).sqrt()));

@@ -36,7 +36,7 @@ pub struct Kinematics {
     home: Option<[f64; 2]>,
 }
 
-/// A position of the hand, and the way that it moves with the motors there.
+/// A position of the hand, and how it moves with the motors there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Position of the hand, m.
@@ -159,11 +159,11 @@ impl Kinematics {
     }
 
     /// The force on the hand, N, that motors with these efforts, N or N m, give in every direction everywhere in the
-    /// workspace, and where and along which way it is no more: along the way of a motor only that motor works. With the
+    /// workspace, and where and in which direction it is no more: along that of a motor only that motor works. With the
     /// efforts of their Coulomb friction it is the least force that moves the hand.
     #[must_use]
     pub fn least_force(&self, efforts: [f64; 2]) -> Worst {
-        let [first, second] = self.survey.by_motor(|motor, way| efforts[motor] / way);
+        let [first, second] = self.survey.by_motor(|motor, travel| efforts[motor] / travel);
         if second.value < first.value { second } else { first }
     }
 
@@ -177,7 +177,7 @@ impl Kinematics {
     /// the distance of two counts of each motor, m or rad.
     #[must_use]
     pub fn coarsest_step(&self, counts: [f64; 2]) -> Worst {
-        let [first, second] = self.survey.by_motor(|motor, way| counts[motor] * way);
+        let [first, second] = self.survey.by_motor(|motor, travel| counts[motor] * travel);
         if second.value > first.value { second } else { first }
     }
 

@@ -169,8 +169,8 @@ proptest! {
         }
         // No direction is beyond both, and the lightest is one: the energy of the motors is that of the hand.
         let mass = |direction: Plane| {
-            let ways = [0, 1].map(|motor| jacobian.force_of_motor(motor).dot(direction));
-            inertias[0] * ways[0] * ways[0] + inertias[1] * ways[1] * ways[1]
+            let travels = [0, 1].map(|motor| jacobian.force_of_motor(motor).dot(direction));
+            inertias[0] * travels[0] * travels[0] + inertias[1] * travels[1] * travels[1]
         };
         let any = mass(Plane::new(direction.cos(), direction.sin()));
         prop_assert!(any > lightest * (1.0 - 1e-9) && any < heaviest * (1.0 + 1e-9), "{}", any);

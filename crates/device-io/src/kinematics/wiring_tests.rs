@@ -8,14 +8,14 @@ use proptest::prelude::*;
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
-/// Ways of both motors by an effort of one of them, of a hand with a mass, kg, on motors with inertias: a column of the
-/// inverse of their inertia matrix, whose length says nothing.
-fn ways_by(jacobian: &Jacobian, motor: usize, mass_kg: f64, inertias: [f64; 2]) -> [f64; 2] {
+/// Travels of both motors by an effort of one of them, of a hand with a mass, kg, on motors with inertias: a column of
+/// the inverse of their inertia matrix, whose length says nothing.
+fn moved_by(jacobian: &Jacobian, motor: usize, mass_kg: f64, inertias: [f64; 2]) -> [f64; 2] {
     let [own, other] = [motor, 1 - motor].map(|motor| jacobian.column(motor));
-    let mut ways = [-mass_kg * own.dot(other); 2];
-    ways[motor] = mass_kg * other.dot(other) + inertias[1 - motor];
-    let longest = ways[0].abs().max(ways[1].abs());
-    ways.map(|way| way / longest)
+    let mut moved = [-mass_kg * own.dot(other); 2];
+    moved[motor] = mass_kg * other.dot(other) + inertias[1 - motor];
+    let longest = moved[0].abs().max(moved[1].abs());
+    moved.map(|by| by / longest)
 }
 
 /// The linear kinematics, and five-bars in all of the plane, of which the tests take what a workspace may contain.
@@ -49,7 +49,7 @@ proptest! {
 
     // hazard: H33
     #[test]
-    fn wiring_is_told_wherever_force_may_flow(
+    fn wiring_is_distinguished_wherever_force_may_flow(
         hand in (-0.15..0.15, 0.0..0.16_f64).prop_map(|(x, y)| Plane::new(x, y)),
         motor in 0..2_usize,
         (mass_kg, inertias) in mass_and_inertias(),
@@ -57,17 +57,17 @@ proptest! {
         for geometry in *WIDE {
             let reading = geometry.motors(hand).map(|motors| geometry.reading(motors));
             let Some(Reading::Position(Pose { jacobian, .. })) = reading else { continue };
-            let right = ways_by(&jacobian, motor, mass_kg, inertias);
-            let swapped = ways_by(&jacobian, 1 - motor, mass_kg, inertias);
+            let right = moved_by(&jacobian, motor, mass_kg, inertias);
+            let swapped = moved_by(&jacobian, 1 - motor, mass_kg, inertias);
             let longest = jacobian.columns.map(Plane::length).into_iter().fold(0.0, f64::max);
-            let lead = |ways: [f64; 2]| jacobian.lead_m(motor, ways) / longest;
-            // A tenth of the farther way is the least, where the condition is 4.
-            let clear = |ways: [f64; 2]| {
-                let carried = [0, 1].map(|motor| (jacobian.column(motor).length() * ways[motor]).abs());
+            let lead = |moved: [f64; 2]| jacobian.lead_m(motor, moved) / longest;
+            // A tenth of the farther travel is the least, where the condition is 4.
+            let clear = |moved: [f64; 2]| {
+                let carried = [0, 1].map(|motor| (jacobian.column(motor).length() * moved[motor]).abs());
                 0.1 * carried[0].max(carried[1]) / longest
             };
             prop_assert!(lead(right) > clear(right), "{:?} {:?}: {:?}", geometry, hand, right);
-            for wrong in [right.map(|way| -way), swapped, swapped.map(|way| -way)] {
+            for wrong in [right.map(|by| -by), swapped, swapped.map(|by| -by)] {
                 prop_assert!(lead(wrong) < -clear(wrong), "{:?} {:?}: {:?}", geometry, hand, wrong);
             }
         }
@@ -105,7 +105,7 @@ proptest! {
 
     // hazard: H33
     #[test]
-    fn wiring_is_told_by_the_first_5_mm_of_a_pulse(
+    fn wiring_is_distinguished_by_the_first_5_mm_of_a_pulse(
         hand in (-0.15..0.15, 0.0..0.16_f64).prop_map(|(x, y)| Plane::new(x, y)),
         base_m in prop_oneof![Just(0.0), Just(0.038), Just(0.1)],
         motor in 0..2_usize,
@@ -122,10 +122,11 @@ proptest! {
         for (driven, expected) in [(motor, 1.0), (1 - motor, -1.0)] {
             let Some([at, to]) = pushed(&kinematics, driven, sign * force_n, hand) else { continue };
             // An angle begins anew somewhere.
-            let ways = [0, 1].map(|motor| to[motor] - at[motor]).map(|way| way - TAU * (way / TAU).round());
-            let Some(pose) = kinematics.reading([0, 1].map(|motor| at[motor] + 0.5 * ways[motor])).pose() else { continue };
-            let lead_m = pose.jacobian.lead_m(motor, ways.map(|way| sign * way));
-            let longest_m = [0, 1].map(|motor| (pose.jacobian.column(motor).length() * ways[motor]).abs());
+            let moved = [0, 1].map(|motor| to[motor] - at[motor]).map(|by| by - TAU * (by / TAU).round());
+            let middle = [0, 1].map(|motor| at[motor] + 0.5 * moved[motor]);
+            let Some(pose) = kinematics.reading(middle).pose() else { continue };
+            let lead_m = pose.jacobian.lead_m(motor, moved.map(|by| sign * by));
+            let longest_m = [0, 1].map(|motor| (pose.jacobian.column(motor).length() * moved[motor]).abs());
             let clear_m = 0.05 * longest_m[0].max(longest_m[1]);
             prop_assert!(expected * lead_m >= clear_m, "{} m of {} m at {:?} by {}", lead_m, clear_m, hand, driven);
         }

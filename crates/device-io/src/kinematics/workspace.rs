@@ -51,7 +51,7 @@ impl Worst {
 /// The gains from motors to hand, over the whole workspace, m by m of a linear motor or m by rad of a rotary one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Survey {
-    /// Largest way of the hand by each motor's.
+    /// Largest travel of the hand by each motor's.
     largest_by_motor: [Worst; 2],
     /// Least gain, in the worst direction.
     pub(super) least: f64,
@@ -109,7 +109,7 @@ impl Survey {
         (least, largest)
     }
 
-    /// What is made of each motor and of the largest way of the hand by its own, and where that is.
+    /// What is made of each motor and of the largest travel of the hand by its own, and where that is.
     pub(super) fn by_motor(&self, of: impl Fn(usize, f64) -> f64) -> [Worst; 2] {
         [0, 1].map(|motor| Worst {
             value: of(motor, self.largest_by_motor[motor].value),

@@ -29,12 +29,12 @@ pub enum ConnectError {
         remedy: String,
     },
     /// It is there, and does not speak the protocol.
-    #[error("{what}: {heard}")]
+    #[error("{what}: {problem}")]
     Protocol {
         /// The device.
         what: String,
         /// What came instead of an answer.
-        heard: String,
+        problem: String,
     },
 }
 
@@ -116,7 +116,7 @@ pub struct LoopTiming {
 }
 
 impl Default for LoopTiming {
-    /// 1 kHz and 20 ms, as the daemon has them where nothing else is said.
+    /// 1 kHz and 20 ms, the daemon's defaults.
     fn default() -> Self {
         Self {
             period_ns: 1_000_000,

@@ -19,7 +19,7 @@ const MIN_WINDOWS: usize = 4;
 #[derive(Clone, Copy, Debug, Default)]
 struct QuickestSample {
     host_ns: u64,
-    /// Our time less the device's, ns. It contains the quickest way from the device to us, which
+    /// Our time less the device's, ns. It contains the quickest transfer from the device to us, which
     /// cannot be distinguished.
     offset_ns: i64,
 }
@@ -96,7 +96,7 @@ impl DeviceClock {
         }
     }
 
-    /// Age of a sample of the device's time at a time of ours, beyond the way of the quickest
+    /// Age of a sample of the device's time at a time of ours, beyond the transfer of the quickest
     /// samples, ns.
     pub(crate) fn age_ns(&self, device_ns: u64, host_ns: u64) -> u64 {
         let Some(offset_ns) = self.offset_ns() else {

@@ -47,9 +47,9 @@ pub struct LinkCounters {
     late_ppm: AtomicU64,
     /// The device confirms no command at present.
     is_ignoring: AtomicBool,
-    /// Age of the newest sample at its last use, beyond the way of the quickest samples, ns.
+    /// Age of the newest sample at its last use, beyond the transfer of the quickest samples, ns.
     pub age_ns: AtomicU64,
-    /// Usual age of a sample when the next one comes, beyond the way of the quickest samples, ns:
+    /// Usual age of a sample when the next one comes, beyond the transfer of the quickest samples, ns:
     /// the largest of about the last thousand ticks.
     pub usual_age_ns: AtomicU64,
     /// Drift of the device's clock against ours, parts in 1e9, positive where it is faster;
@@ -132,10 +132,10 @@ impl LinkError {
 
 impl fmt::Display for LinkError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let said = |errno: i32| std::io::Error::from_raw_os_error(errno);
+        let message = |errno: i32| std::io::Error::from_raw_os_error(errno);
         match *self {
-            Self::Read(errno) => write!(f, "reading it failed: {}", said(errno)),
-            Self::Write(errno) => write!(f, "writing to it failed: {}", said(errno)),
+            Self::Read(errno) => write!(f, "reading it failed: {}", message(errno)),
+            Self::Write(errno) => write!(f, "writing to it failed: {}", message(errno)),
             Self::HungUp => f.write_str("it was hung up"),
             Self::Stuck => f.write_str("it accepted no command for too long"),
             Self::Silent => f.write_str("the device sent nothing for too long"),
@@ -190,7 +190,7 @@ impl LinkCounters {
         }
     }
 
-    /// Notes the age of the newest sample in a tick, and the part of it beyond the usual way of a
+    /// Notes the age of the newest sample in a tick, and the part of it beyond the usual transfer of a
     /// sample, ns.
     pub fn note_age(&self, age_ns: u64, beyond_ns: u64) {
         self.age_ns.store(age_ns, Relaxed);

@@ -123,13 +123,13 @@ impl Wire for HidWire {
         }
         let Self { node, axes, .. } = self;
         let Node { node: file, .. } = &**node;
-        let mut heard = 0;
+        let mut received = 0;
         for _ in 0..MAX_READS {
             let mut report = [0; MAX_REPORT];
             match rustix::io::read(file, &mut report) {
                 Ok(0) => return Err(node.fail(LinkError::HungUp)),
                 Ok(count) => {
-                    heard += count;
+                    received += count;
                     let message = View::padded(&report[..count], *axes)
                         .map_err(MessageError::from)
                         .and_then(FromDevice::read);
@@ -143,7 +143,7 @@ impl Wire for HidWire {
                 Err(error) => return Err(node.fail(LinkError::Read(error.raw_os_error()))),
             }
         }
-        Ok(heard)
+        Ok(received)
     }
 
     fn send(&mut self, outgoing: Outgoing, now_ns: u64, counters: &LinkCounters) -> Result<Sent, DeviceError> {
@@ -184,15 +184,15 @@ impl Connector for HidConnector {
         let what = what(&self.id);
         let mut wire = HidWire::new(open_node(&chosen.path, &self.id)?, chosen.reports, counters);
         let _asking = counters.ask(now_ns());
-        let hello = wire::greet(&mut wire, &what, |heard_bytes| match heard_bytes {
+        let hello = wire::greet(&mut wire, &what, |received_bytes| match received_bytes {
             0 => "nothing answers; does its firmware speak the link protocol?".to_owned(),
             _ => "reports came and no answer; does its firmware speak the link protocol?".to_owned(),
         })?;
         let needed = Kind::Command.length(hello.axes());
         if chosen.reports.output < needed {
             let carries = chosen.reports.output;
-            let heard = format!("its reports carry {carries} bytes down, and its commands need {needed}");
-            return Err(ConnectError::Protocol { what, heard });
+            let problem = format!("its reports carry {carries} bytes down, and its commands need {needed}");
+            return Err(ConnectError::Protocol { what, problem });
         }
         wire.start_writer(&what)?;
         let rig = RigIdentity::of_usb(self.id.vendor, self.id.product, chosen.serial.as_deref());

@@ -115,7 +115,7 @@ pub(super) fn choose(nodes: Vec<HidNode>, id: &HidId) -> Result<ChosenNode, Conn
         (0, None) => Err(ConnectError::Absent { what: what(id) }),
         (0, Some(why)) => Err(ConnectError::Protocol {
             what: what(id),
-            heard: why,
+            problem: why,
         }),
         (count, _) => {
             let paths: Vec<String> = fit.iter().map(|node| node.path.display().to_string()).collect();
@@ -199,9 +199,8 @@ mod tests {
         let absent = |id: &HidId| ConnectError::Absent { what: what(id) };
         assert_eq!(choose(nodes.clone(), &id(Some("B"))), Err(absent(&id(Some("B")))));
         assert_eq!(choose(vec![other], &id(None)), Err(absent(&id(None))));
-        assert!(
-            matches!(choose(vec![keyboard], &id(None)), Err(ConnectError::Protocol { heard, .. }) if heard == "too short")
-        );
+        assert!(matches!(choose(vec![keyboard], &id(None)),
+                Err(ConnectError::Protocol { problem, .. }) if problem == "too short"));
         let mut two = nodes;
         two.push(node("/dev/hidraw2", Some("B"), Ok(REPORTS)));
         assert_eq!(choose(two.clone(), &id(Some("A"))), chosen);

@@ -23,8 +23,8 @@ struct Rig {
     connection: Option<Box<dyn Connection>>,
     device: OwnedFd,
     firmware: Firmware,
-    /// Everything it has been told.
-    heard: Vec<FromHost>,
+    /// Every message that it has received.
+    received: Vec<FromHost>,
 }
 
 /// A node and the device behind it. In sockets of this kind reports stay whole, and reading one that is not there says
@@ -58,7 +58,7 @@ impl Rig {
             connection: Some(greeted(wire, &hello, rig, timing, &counters).connection),
             device,
             firmware,
-            heard: Vec::new(),
+            received: Vec::new(),
         }
     }
 
@@ -69,7 +69,7 @@ impl Rig {
             assert_eq!((count, bytes[0]), (1 + REPORTS.output, 0), "a whole report, number 0");
             let view = View::padded(&bytes[1..count], Axes::One).expect("a message");
             let message = FromHost::read(view).expect("from a host");
-            self.heard.push(message);
+            self.received.push(message);
             if let Some(answer) = self.firmware.receive(message, now_ns()) {
                 send(&self.device, &answer);
             }
@@ -134,19 +134,19 @@ fn reports_of_two_axes_are_read_once_the_hello_says_so() {
             ..DeviceSample::default()
         })
     };
-    let told = [
+    let sent = [
         FromDevice::Hello(DeviceHello { two_axes, ..one }),
         sample(Some(9)),
         FromDevice::Hello(one),
         sample(None),
     ];
-    for message in &told {
+    for message in &sent {
         send(&device, message);
     }
-    let mut heard = Vec::new();
-    wire.receive(|came| heard.push(came.expect("a message")))
+    let mut received = Vec::new();
+    wire.receive(|came| received.push(came.expect("a message")))
         .expect("it is there");
-    assert_eq!(heard, told);
+    assert_eq!(received, sent);
 }
 
 #[test]
@@ -165,7 +165,7 @@ fn a_rig_is_driven_and_left_without_force() {
     rig.receive();
     assert!(
         matches!(
-            rig.heard.last(),
+            rig.received.last(),
             Some(FromHost::Command {
                 force_mn: 0,
                 enabled: false,
@@ -173,7 +173,7 @@ fn a_rig_is_driven_and_left_without_force() {
             })
         ),
         "{:?}",
-        rig.heard.last()
+        rig.received.last()
     );
     assert_eq!(rig.firmware.force_n(), 0.0);
 }
@@ -189,7 +189,7 @@ fn the_newest_of_many_waiting_reports_is_used() {
 }
 
 #[test]
-fn a_device_that_is_unplugged_is_told_as_such() {
+fn a_device_that_is_unplugged_is_reported_as_disconnected() {
     let mut rig = Rig::new();
     rig.tick_until(1.0, true, |firmware, _, _| firmware.force_n() == 1.0);
     let Rig { connection, device, .. } = rig;

@@ -173,10 +173,10 @@ impl Keeper {
     /// The system has no thread left.
     pub fn start(mut self) -> std::io::Result<RunningKeeper> {
         let quit = Arc::new(AtomicBool::new(false));
-        let told = Arc::clone(&quit);
+        let its_quit = Arc::clone(&quit);
         std::thread::Builder::new()
             .name("link".to_owned())
-            .spawn(move || self.run(&told))?;
+            .spawn(move || self.run(&its_quit))?;
         Ok(RunningKeeper { quit })
     }
 
@@ -218,7 +218,7 @@ impl Keeper {
                     }
                     ConnectError::Protocol {
                         what: self.connector.address(),
-                        heard: "it answers the hello and sends no samples".to_owned(),
+                        problem: "it answers the hello and sends no samples".to_owned(),
                     }
                 }
                 Err(error) => error,
@@ -247,7 +247,7 @@ impl Keeper {
     /// The device, where it has the motors that its kinematics are of, with the resolution and the limit of the hand.
     fn suited(&self, mut greeted: GreetedDevice) -> Result<GreetedDevice, ConnectError> {
         let device = &mut greeted.device;
-        let heard = match (self.kinematics, device.motors) {
+        let problem = match (self.kinematics, device.motors) {
             (None, None) => return Ok(greeted),
             (None, Some(_)) => "the device has two axes: say how they move the hand, as in --kinematics xy".to_owned(),
             (Some(_), None) => "the device has one axis: leave --kinematics out".to_owned(),
@@ -267,7 +267,7 @@ impl Keeper {
         };
         Err(ConnectError::Protocol {
             what: self.connector.address(),
-            heard,
+            problem,
         })
     }
 
@@ -352,10 +352,10 @@ mod tests {
     }
 
     #[test]
-    fn a_device_that_only_greets_is_told_and_left_alone() {
+    fn a_device_that_only_greets_is_reported_and_left_alone() {
         let (mut device, monitor, keeper) = Keeper::new(Box::new(OnlyGreets), LoopTiming::default());
         let _running = keeper.start().expect("a thread");
-        let told = loop {
+        let message = loop {
             assert_eq!(device.read(0), Err(DeviceError::Disconnected));
             assert!(device.bounds().connection < 100, "it connects again and again");
             match monitor.state() {
@@ -363,7 +363,7 @@ mod tests {
                 _ => std::thread::sleep(Duration::from_millis(1)),
             }
         };
-        assert_eq!(told, "the rig: it answers the hello and sends no samples");
+        assert_eq!(message, "the rig: it answers the hello and sends no samples");
         assert_eq!(monitor.failed_attempts(), 1);
     }
 
@@ -385,7 +385,7 @@ mod tests {
         };
         let home = "home_deg = [180, 0]\n";
         let xy = Some("xy".parse().expect("kinematics"));
-        for (kinematics, motors, told) in [
+        for (kinematics, motors, expected) in [
             (None, motors(false, false), Some("the device has two axes")),
             (xy, None, Some("the device has one axis")),
             (xy, motors(true, false), Some("the device has rotary axes")),
@@ -400,12 +400,15 @@ mod tests {
         ] {
             let (_, _, mut keeper) = Keeper::new(Box::new(OnlyGreets), LoopTiming::default());
             keeper.kinematics = kinematics;
-            let heard = keeper.suited(greeted(motors)).err().map(|error| error.to_string());
-            let is_told = heard
+            let problem = keeper.suited(greeted(motors)).err().map(|error| error.to_string());
+            let is_expected = problem
                 .as_ref()
-                .zip(told)
-                .is_some_and(|(heard, told)| heard.contains(told));
-            assert!(is_told || (heard.is_none() && told.is_none()), "{told:?}: {heard:?}");
+                .zip(expected)
+                .is_some_and(|(problem, expected)| problem.contains(expected));
+            assert!(
+                is_expected || (problem.is_none() && expected.is_none()),
+                "{expected:?}: {problem:?}"
+            );
         }
     }
 

@@ -23,7 +23,7 @@ struct Words {
     /// The connection whose home pose is known, or need not be.
     homed: AtomicU64,
     /// The connection whose hand is at home now, as a person says; 0 once that is taken.
-    told: AtomicU64,
+    at_home: AtomicU64,
 }
 
 impl Homing {
@@ -35,18 +35,18 @@ impl Homing {
 
     /// The hand is in the home pose now: the next reading takes its counts for that.
     pub fn tell(&self) {
-        self.0.told.store(self.0.connection.load(Acquire), Release);
+        self.0.at_home.store(self.0.connection.load(Acquire), Release);
     }
 
-    /// What was told and not taken yet is void.
+    /// What was announced and not taken yet is void.
     pub fn withdraw(&self) {
-        self.0.told.store(0, Release);
+        self.0.at_home.store(0, Release);
     }
 
-    /// Whether what was told last has been taken by a reading.
+    /// Whether what was announced last has been taken by a reading.
     #[must_use]
     pub fn is_taken(&self) -> bool {
-        self.0.told.load(Acquire) == 0
+        self.0.at_home.load(Acquire) == 0
     }
 
     /// A connection with a number has come, which needs a home pose or not.
@@ -58,13 +58,13 @@ impl Homing {
     }
 
     /// Whether a connection's hand is at home in this reading.
-    fn is_told(&self, connection: u64) -> bool {
-        self.0.told.load(Acquire) == connection
+    fn is_at_home(&self, connection: u64) -> bool {
+        self.0.at_home.load(Acquire) == connection
     }
 
     fn homed(&self, connection: u64) {
         self.0.homed.store(connection, Release);
-        self.0.told.store(0, Release);
+        self.0.at_home.store(0, Release);
     }
 }
 
@@ -114,7 +114,7 @@ impl Device<Plane> for PlanarLink {
         if connection != self.connection {
             (self.connection, self.origin) = (connection, home);
         }
-        if self.homing.is_told(connection) {
+        if self.homing.is_at_home(connection) {
             // Without a home pose the counts themselves are the motors' positions.
             if self.kinematics.home().is_some() {
                 self.origin = [0, 1].map(|motor| home[motor] - measured.position_m[motor]);

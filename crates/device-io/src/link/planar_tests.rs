@@ -149,7 +149,7 @@ impl Pair {
         assert!(self.to_link.push((connection, bounds)).is_ok(), "there is room");
     }
 
-    /// A millisecond with a sample up and a command down; where the hand is, and where it is said to be, m.
+    /// A millisecond with a sample up and a command down; where the hand is, and where it is reported to be, m.
     fn tick(&mut self, force: Plane) -> (Plane, Plane) {
         self.now_ns += MS;
         let measured = self.link.read(self.now_ns).expect("it is there");
@@ -176,13 +176,13 @@ fn position_and_force_are_those_of_the_hand() {
         let mut origin = Plane::ZERO;
         for k in 0..4000 {
             let force = Plane::new(0.3, -0.4);
-            let (there, told) = pair.tick(force);
+            let (there, reported) = pair.tick(force);
             // A linear rig's own origin is its first sample.
             if k == 0 && !kinematics.are_rotary() {
                 origin = there;
             }
-            let apart = (told + origin - there).length();
-            assert!(apart < 1e-4, "{kinematics}: {told:?} for {there:?} at {k} ms");
+            let apart = (reported + origin - there).length();
+            assert!(apart < 1e-4, "{kinematics}: {reported:?} for {there:?} at {k} ms");
             // The home pose is singular, so the hand is drawn from it without force.
             if k > 1000 {
                 let given = pair.hand().1;

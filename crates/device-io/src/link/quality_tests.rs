@@ -24,7 +24,7 @@ const STEP_NS: u64 = MS / 20;
 /// A rig on a line, and a loop that renders the paper's scene on it.
 struct Rendering {
     firmware: Firmware,
-    heard: Decoder,
+    decoder: Decoder,
     up: Channel,
     down: Channel,
     quality: Quality,
@@ -51,7 +51,7 @@ impl Rendering {
         renderer.start_at(0.0, 0.0);
         Self {
             firmware,
-            heard: Decoder::default(),
+            decoder: Decoder::default(),
             up: Channel::new(1),
             down: Channel::new(2),
             quality,
@@ -92,7 +92,7 @@ impl Rendering {
     /// What a firmware does with a frame.
     fn receive(&mut self, frame: &[u8]) {
         for byte in frame {
-            let Some(Ok(message)) = self.heard.push(*byte) else {
+            let Some(Ok(message)) = self.decoder.push(*byte) else {
                 continue;
             };
             if let Ok(view) = View::whole(message)

@@ -200,10 +200,10 @@ fn line_too_slow_for_commands_is_reported_as_fault() {
         bytes_per_s: 14_000,
         ..Setup::GOOD
     };
-    let (told, idle, _) = fault(slow);
+    let (reported, idle, _) = fault(slow);
     assert!(
-        matches!(told, Some((at_ms, DeviceError::CommandsLate)) if at_ms < 100),
-        "{told:?}"
+        matches!(reported, Some((at_ms, DeviceError::CommandsLate)) if at_ms < 100),
+        "{reported:?}"
     );
     assert_eq!(idle, Delivery::Late, "seen while idle");
     // Half as many come through, and so do all where a sample may be older.
@@ -217,17 +217,17 @@ fn line_too_slow_for_commands_is_reported_as_fault() {
             ..slow
         },
     ] {
-        let (told, idle, _) = fault(setup);
-        assert_eq!((told, idle), (None, Delivery::InTime), "{setup:?}");
+        let (reported, idle, _) = fault(setup);
+        assert_eq!((reported, idle), (None, Delivery::InTime), "{setup:?}");
     }
     let deaf = Setup {
         bytes_per_s: 0,
         ..Setup::GOOD
     };
-    let (told, idle, _) = fault(deaf);
+    let (reported, idle, _) = fault(deaf);
     assert!(
-        matches!(told, Some((at_ms, DeviceError::CommandsIgnored)) if at_ms < 60),
-        "ignored: {told:?}"
+        matches!(reported, Some((at_ms, DeviceError::CommandsIgnored)) if at_ms < 60),
+        "ignored: {reported:?}"
     );
     assert_eq!(idle, Delivery::Ignored, "seen while idle");
 }

@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn service_and_person_are_told_apart() {
+    fn service_and_person_are_distinguished() {
         for (groups, found) in [
             ("0::/system.slice/hapticd.service\n", Some("hapticd")),
             (

@@ -121,12 +121,12 @@ mod tests {
                 sent.next(k * MS);
             }
             let command = 6000 - behind;
-            let told = sent.round_trip_ns(command, 6000 * MS).expect("newer than none");
+            let measured_ns = sent.round_trip_ns(command, 6000 * MS).expect("newer than none");
             let true_ns = (u64::from(behind) + 1) * MS;
             // Of what is not kept any more, at least as much as is known.
             assert!(
-                told == true_ns || behind >= 256 && (256 * MS..true_ns).contains(&told),
-                "{behind}: {told}"
+                measured_ns == true_ns || behind >= 256 && (256 * MS..true_ns).contains(&measured_ns),
+                "{behind}: {measured_ns}"
             );
             assert_eq!(sent.round_trip_ns(command, 6000 * MS), None, "named once");
         }

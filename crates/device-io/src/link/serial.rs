@@ -107,12 +107,12 @@ impl Wire for SerialWire {
 
     fn receive(&mut self, mut each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError> {
         let Self { line, reader, .. } = self;
-        let mut heard = 0;
+        let mut received = 0;
         line.read(|bytes| {
-            heard += bytes.len();
+            received += bytes.len();
             reader.take(bytes, &mut each);
         })?;
-        Ok(heard)
+        Ok(received)
     }
 
     fn send(&mut self, outgoing: Outgoing, now_ns: u64, _: &LinkCounters) -> Result<Sent, DeviceError> {
@@ -179,10 +179,10 @@ impl Connector for SerialConnector {
         let hello = wire::greet(
             &mut wire,
             &self.path.display().to_string(),
-            |heard_bytes| match heard_bytes {
+            |received_bytes| match received_bytes {
                 0 => "nothing answers; is it the right line, and does its firmware speak the link protocol?".to_owned(),
                 _ => format!(
-                    "{heard_bytes} bytes came and no answer; is {} baud its rate, and does its firmware speak the \
+                    "{received_bytes} bytes came and no answer; is {} baud its rate, and does its firmware speak the \
                      link protocol?",
                     self.baud
                 ),
@@ -248,21 +248,21 @@ mod tests {
             assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Later));
         }
         assert!(counters.not_sent.load(Relaxed) >= 3);
-        let (mut decoder, mut heard) = (Decoder::default(), Vec::new());
-        let mut read = |heard: &mut Vec<FromHost>| {
+        let (mut decoder, mut received) = (Decoder::default(), Vec::new());
+        let mut read = |received: &mut Vec<FromHost>| {
             let receive = |bytes: &[u8]| {
                 for &byte in bytes {
                     if let Some(frame) = decoder.push(byte) {
                         let view = View::whole(frame.expect("whole")).expect("a message");
-                        heard.push(FromHost::read(view).expect("from a host"));
+                        received.push(FromHost::read(view).expect("from a host"));
                     }
                 }
             };
             rig.read(receive).expect("it is there");
         };
-        read(&mut heard);
+        read(&mut received);
         assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Taken));
-        read(&mut heard);
+        read(&mut received);
         let zero = |message: &FromHost| {
             matches!(
                 message,
@@ -273,8 +273,11 @@ mod tests {
                 }
             )
         };
-        let zeros = heard.iter().filter(|message| zero(message)).count();
-        assert!((1..=2).contains(&zeros) && zero(&heard[heard.len() - 1]), "{zeros}");
-        assert!(heard.len() > taken);
+        let zeros = received.iter().filter(|message| zero(message)).count();
+        assert!(
+            (1..=2).contains(&zeros) && zero(&received[received.len() - 1]),
+            "{zeros}"
+        );
+        assert!(received.len() > taken);
     }
 }

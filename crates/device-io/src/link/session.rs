@@ -131,7 +131,7 @@ pub(crate) struct Session {
     /// Sequence of the sample that was last passed on.
     used: Option<u32>,
     /// Time of the last new sample on our clock, ns.
-    heard_at_ns: u64,
+    received_at_ns: u64,
     device_ns: u64,
     /// Samples since the mean time between them was taken, and when that was, ns.
     periods: u64,
@@ -165,7 +165,7 @@ impl Session {
             late_after_ns: timing.period_ns + sample_period_ns,
             newest: None,
             used: None,
-            heard_at_ns: now_ns,
+            received_at_ns: now_ns,
             device_ns: 0,
             // The first sample ends no period.
             periods: PERIODS - 1,
@@ -277,8 +277,8 @@ impl Session {
     /// too late or not at all, or was silent for too long and must be greeted again.
     pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         if self.has_news() {
-            self.heard_at_ns = now_ns;
-        } else if now_ns.saturating_sub(self.heard_at_ns) > SILENCE_NS {
+            self.received_at_ns = now_ns;
+        } else if now_ns.saturating_sub(self.received_at_ns) > SILENCE_NS {
             self.counters.note_error(LinkError::Silent, now_ns);
             return Err(DeviceError::Disconnected);
         }
@@ -315,7 +315,7 @@ impl Session {
     }
 
     /// The motor's state by a sample. A motor that is off counts as an answer only from a device
-    /// that has heard the order.
+    /// that has received the order.
     fn reported(&self, sample: &DeviceSample) -> ReportedMotor {
         match self.motor {
             _ if sample.enabled => ReportedMotor::Enabled,

@@ -73,8 +73,8 @@ pub(super) fn greet(
     unanswered: impl FnOnce(usize) -> String,
 ) -> Result<DeviceHello, ConnectError> {
     let gone = |_| ConnectError::Absent { what: what.to_owned() };
-    let mut heard_bytes = 0;
-    let mut heard = None;
+    let mut received_bytes = 0;
+    let mut problem = None;
     for _ in 0..HELLOS {
         let nonce = nonce();
         wire.send_hello(FromHost::Hello { nonce }).map_err(gone)?;
@@ -82,15 +82,15 @@ pub(super) fn greet(
         while asked.elapsed() < ANSWER_TIMEOUT {
             wire.wait(20_000_000);
             let mut answer = None;
-            heard_bytes += wire
+            received_bytes += wire
                 .receive(|came| match came {
                     Ok(FromDevice::Hello(hello)) if hello.nonce == nonce => answer = Some(hello),
                     Ok(_) => {}
                     // A device of another version must be named as one, whatever else comes.
                     Err(RejectedInput::Message(error @ MessageError::View(ViewError::Version(_)))) => {
-                        heard = Some(error.to_string());
+                        problem = Some(error.to_string());
                     }
-                    Err(RejectedInput::Message(error)) if heard.is_none() => heard = Some(error.to_string()),
+                    Err(RejectedInput::Message(error)) if problem.is_none() => problem = Some(error.to_string()),
                     Err(_) => {}
                 })
                 .map_err(gone)?;
@@ -98,17 +98,17 @@ pub(super) fn greet(
                 return Ok(hello);
             }
         }
-        if heard.is_some() {
+        if problem.is_some() {
             break;
         }
     }
     Err(ConnectError::Protocol {
         what: what.to_owned(),
-        heard: heard.unwrap_or_else(|| unanswered(heard_bytes)),
+        problem: problem.unwrap_or_else(|| unanswered(received_bytes)),
     })
 }
 
-/// A device that has said a hello, and the connection to it.
+/// A device that has sent a hello, and the connection to it.
 pub(super) fn greeted(
     wire: impl Wire + 'static,
     hello: &DeviceHello,

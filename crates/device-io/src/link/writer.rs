@@ -188,7 +188,7 @@ impl Drop for Writer {
         if let Some(thread) = self.thread.take()
             && thread.join().is_err()
         {
-            // It has panicked, and said so itself.
+            // It has panicked, and printed that itself.
         }
     }
 }
@@ -436,7 +436,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_is_told() {
+    fn a_failure_is_reported() {
         let counters = LinkCounters::default();
         let mut writer = Writer::start(0, |_| Err(())).expect("a thread");
         writer.check().expect("well");
@@ -473,11 +473,11 @@ mod tests {
     // hazard: P12
     #[test]
     fn writer_gets_lowest_real_time_priority_before_sending() {
-        let (tells, told) = mpsc::channel();
+        let (sender, receiver) = mpsc::channel();
         let counters = LinkCounters::default();
-        let mut writer = Writer::start(0, move |_| tells.send(scheduling())).expect("a thread");
+        let mut writer = Writer::start(0, move |_| sender.send(scheduling())).expect("a thread");
         writer.post(posting(1, true), 0, &counters).expect("well");
-        let scheduled = told.recv_timeout(Duration::from_secs(30)).expect("it sends");
+        let scheduled = receiver.recv_timeout(Duration::from_secs(30)).expect("it sends");
         if may_be_real_time() {
             assert_eq!(scheduled, (libc::SCHED_FIFO, 1));
         } else {

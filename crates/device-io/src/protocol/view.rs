@@ -120,10 +120,10 @@ impl<'a> View<'a> {
     /// They are not.
     pub fn whole(bytes: &'a [u8]) -> Result<Self, ViewError> {
         let (kind, flagged) = header(bytes)?;
-        let told = [Axes::One, Axes::Two]
+        let by_length = [Axes::One, Axes::Two]
             .into_iter()
             .find(|axes| bytes.len() == kind.length(*axes));
-        match told {
+        match by_length {
             Some(axes) if flagged.is_none_or(|flagged| flagged == axes) => Ok(Self { kind, axes, bytes }),
             _ => Err(ViewError::Length {
                 kind,

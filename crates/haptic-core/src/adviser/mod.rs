@@ -16,7 +16,7 @@
 //! device's, since a force from an old sample is the old force again. `tau` is the time from a
 //! sample to the motor that knows it. Behind a link it is measured: the round trip, from a
 //! command's sending to the arrival of the first sample that knows it, is at most a period longer
-//! than the way there and back, so it bounds `tau` from above; what the newest sample's age exceeds
+//! than the path there and back, so it bounds `tau` from above; what the newest sample's age exceeds
 //! a period of each side by comes on top, because then samples come late or are lost. A force that
 //! holds for `T` acts `T/2` late in the mean, and so the two add up to `T/2 + tau`. In the first
 //! three, `T` is the step of the scheme, which the device does not change, `F(V)` the friction at

@@ -5,7 +5,7 @@
 //! y[n+1] = H w[n]/(n+1)      w[n+1] = H/(M (n+1)) (L[n] - K y[n] - (B + b) w[n] - F[n])
 //! ```
 //!
-//! with `y` the way along the motion, `w` the speed, `H` the time left of the tick, which is 1 in
+//! with `y` the distance along the motion, `w` the speed, `H` the time left of the tick, which is 1 in
 //! the series' own time, `L` the pull of the device and `F` the friction, whose coefficients the
 //! law gives. Orders are added until two in a row are nothing: then one piece is the rest of the
 //! tick. Where that takes more than [`ORDER`], the last coefficients say how far the series may be
@@ -102,7 +102,7 @@ pub(crate) struct Expansion {
 
 impl Start {
     /// A piece of no length, in which the contact lost an energy, J.
-    pub(crate) fn no_way(&self, dissipated: f64) -> Piece {
+    pub(crate) fn no_distance(&self, dissipated: f64) -> Piece {
         Piece {
             lasted_s: 0.0,
             distance: 0.0,
@@ -112,12 +112,12 @@ impl Start {
         }
     }
 
-    /// About the time that a way takes, s, m, against a friction as it is at the start, N.
-    pub(crate) fn time_for(&self, way: f64, friction: f64) -> f64 {
+    /// About the time that a distance takes, s, m, against a friction as it is at the start, N.
+    pub(crate) fn time_for(&self, distance: f64, friction: f64) -> f64 {
         let drag = self.held.coupling.damping * self.speed;
         let push = self.net.unwrap_or(self.at_rest - friction - drag);
-        let gains = 2.0 * (push.max(0.0) * self.held.inverse_mass) * way;
-        2.0 * way / (self.speed + sqrt(self.speed * self.speed + gains))
+        let gains = 2.0 * (push.max(0.0) * self.held.inverse_mass) * distance;
+        2.0 * distance / (self.speed + sqrt(self.speed * self.speed + gains))
     }
 
     /// The motion under a law in one of its regimes; `viscous` is `b`, N s/m.

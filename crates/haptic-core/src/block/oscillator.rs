@@ -500,7 +500,7 @@ mod tests {
     }
 
     #[test]
-    fn the_acceleration_vanishes_where_it_is_said_to() {
+    fn the_acceleration_vanishes_at_the_extrema() {
         for (damping, stiffness) in [(1.0, 4e4), (200.0, 1e4), (400.0, 1e4), (0.0, 1e4), (50.0, 0.0)] {
             let oscillator = Oscillator::new(1.0, damping, stiffness);
             for (w0, f0, g1) in [

@@ -63,7 +63,7 @@ fn compensation_is_share_of_friction_in_motion_direction() {
         "slower than dynamic friction begins"
     );
     let partly = in_motion(compensator(0.8), 5e-3);
-    // A third of the way from 2.5 mm/s to 10 mm/s, a quarter of a count and one in a sample.
+    // A third of the interval from 2.5 mm/s to 10 mm/s, a quarter of a count and one in a sample.
     assert!(near(partly, 0.8 * (0.8 + 0.005) / 3.0), "{partly} N");
 }
 
@@ -143,13 +143,13 @@ fn without_a_surface_it_gives_no_more_than_the_assured_share() {
     let mut compensator = compensator(0.8);
     let mut given_j = 0.0;
     let mut force = 0.0;
-    let way = 0.1 * T;
+    let distance = 0.1 * T;
     for step in 0..5000 {
-        given_j += force * if step == 0 { 0.0 } else { way };
-        force = compensator.force(motion(f64::from(step) * way, 0.1));
+        given_j += force * if step == 0 { 0.0 } else { distance };
+        force = compensator.force(motion(f64::from(step) * distance, 0.1));
         compensator.applied(force);
     }
-    let assured_j = ASSURED_SHARE * (0.6 + 1.0 * 0.1) * way * 5000.0;
+    let assured_j = ASSURED_SHARE * (0.6 + 1.0 * 0.1) * distance * 5000.0;
     assert!(given_j <= assured_j, "{given_j} J of {assured_j} J");
     assert!(given_j > 0.9 * assured_j, "{given_j} J of {assured_j} J");
 }
@@ -191,10 +191,10 @@ proptest! {
             if compensator.still_s > REST_S {
                 (beyond_j, least_j) = (0.0, 0.0);
             } else {
-                let way = f64::abs(moved);
-                let speed = if elapsed_s > 0.0 { way / elapsed_s } else { 0.0 };
+                let distance = f64::abs(moved);
+                let speed = if elapsed_s > 0.0 { distance / elapsed_s } else { 0.0 };
                 let assured_n = ASSURED_SHARE * (0.6 + 1.0 * speed);
-                beyond_j += motor_n * moved - assured_n * way;
+                beyond_j += motor_n * moved - assured_n * distance;
                 least_j = least_j.min(beyond_j);
             }
             if force != 0.0 {

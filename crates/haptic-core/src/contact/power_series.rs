@@ -1,5 +1,5 @@
 //! Dahl's law with an exponent `i` that is neither 0 nor 1. With `e = 1 - i` and `X = sigma x/Fc`, `Y =
-//! r^e = Y[0] - e X` is a straight line of the way, and the series of `r = Y^(1/e)` is that of a power,
+//! r^e = Y[0] - e X` is a straight line of the distance, and the series of `r = Y^(1/e)` is that of a power,
 //! which the exponential of `e = 0` has no less:
 //!
 //! ```text
@@ -48,7 +48,7 @@ impl PowerSeries {
         }
     }
 
-    /// The way on which it converges, m; endless for an exponent of 1.
+    /// The distance on which it converges, m; endless for an exponent of 1.
     pub(crate) fn radius(&self) -> f64 {
         self.at_start / (self.root * self.slope).abs()
     }
@@ -67,12 +67,12 @@ impl PowerSeries {
         self.friction.get(n)
     }
 
-    /// The way to the limit, m, which an exponent below 1 has.
-    pub(crate) fn way_to_limit(&self) -> f64 {
+    /// The distance to the limit, m, which an exponent below 1 has.
+    pub(crate) fn distance_to_limit(&self) -> f64 {
         self.at_start / (self.root * self.slope)
     }
 
-    /// `r` after a way, m.
+    /// `r` after a distance, m.
     pub(crate) fn rest_at(&self, distance: f64) -> f64 {
         let fallen = -self.root * self.slope * distance * self.inverse_first;
         if fallen <= -1.0 {
@@ -85,18 +85,18 @@ impl PowerSeries {
 
     /// The coefficient of order `N` of `r`, for one of `X`.
     #[inline(always)]
-    fn rest<const N: usize>(&mut self, way: f64) -> f64 {
+    fn rest<const N: usize>(&mut self, x: f64) -> f64 {
         let [known, weighted] = self.products.inner::<N>();
         if self.root == SQUARE {
-            let line = -SQUARE * way;
-            self.products.set(N, [way, 0.0], [line; 2]);
+            let line = -SQUARE * x;
+            self.products.set(N, [x, 0.0], [line; 2]);
             return -SQUARE * known + 2.0 * self.at_start * line;
         }
         let weight = N as f64;
-        let first = way * self.rest_at_start;
+        let first = x * self.rest_at_start;
         let (known, weighted) = (known + first, weighted * RECIPROCAL[N] + first);
         let rest = (self.root * known - (1.0 + self.root) * weighted) * self.inverse_first;
-        self.products.set(N, [way, weight * way], [rest; 2]);
+        self.products.set(N, [x, weight * x], [rest; 2]);
         rest
     }
 }

@@ -13,7 +13,7 @@ const FREQUENCY_HZ: (f64, f64) = (0.05, 10.0);
 /// Slowest sweep, m/s: an encoder of 1 um then still counts ten times a second.
 const SLOWEST_MPS: f64 = 1e-5;
 
-/// Shortest way of a reference, m.
+/// Shortest travel of a reference, m.
 const MIN_M: f64 = 1e-6;
 
 /// Range of the duration of a course, s.
@@ -153,7 +153,7 @@ impl Course {
     }
 }
 
-/// Time in which a sweep gets its speed, s: at most half of the way to one side.
+/// Time in which a sweep gets its speed, s: at most half of the travel to one side.
 fn edge_s(travel_m: f64, speed_mps: f64) -> f64 {
     EDGE_S.min(0.5 * travel_m / speed_mps)
 }
@@ -255,8 +255,8 @@ mod tests {
                 (farthest, fastest) = (farthest.max(place.abs()), fastest.max(speed.abs()));
                 at_s += STEP_S;
             }
-            let (of_way, of_speed) = (farthest / course.farthest_m(), fastest / course.fastest_mps());
-            assert!((0.6..=1.0 + 1e-12).contains(&of_way), "{course:?}: {farthest}");
+            let (of_travel, of_speed) = (farthest / course.farthest_m(), fastest / course.fastest_mps());
+            assert!((0.6..=1.0 + 1e-12).contains(&of_travel), "{course:?}: {farthest}");
             // The growth of the envelope is on top.
             assert!((0.8..1.5).contains(&of_speed), "{course:?}: {fastest}");
         }

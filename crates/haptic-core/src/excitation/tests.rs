@@ -188,8 +188,8 @@ proptest! {
         let last = core::iter::repeat_n((0.0, 0.0, 0.0), 9000);
         let all = quiet.chain(samples).chain(wild).chain(last);
         let mut before = 0.0;
-        for (elapsed_s, way, velocity) in all {
-            let position = start + way;
+        for (elapsed_s, moved, velocity) in all {
+            let position = start + moved;
             let force = -motion.tick(elapsed_s, position, velocity);
             prop_assert!(force.abs() <= excitation.force_limit_n, "{force} N");
             let step = f64::abs(force - before);
@@ -200,7 +200,7 @@ proptest! {
             // Anything else than "within" has no force: NaN is not within.
             let is_within = (position - start).abs() <= excitation.travel_limit_m * (1.0 + 1e-9)
                 && velocity.abs() <= excitation.speed_limit_mps;
-            prop_assert!(is_within || force == 0.0, "{force} N at {way} m, {velocity} m/s");
+            prop_assert!(is_within || force == 0.0, "{force} N at {moved} m, {velocity} m/s");
             before = force;
         }
         prop_assert!(motion.end().is_some());

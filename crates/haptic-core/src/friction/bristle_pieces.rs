@@ -25,7 +25,7 @@ impl<L: Level, P: Plasticity> Bristle<L, P> {
     pub(super) fn let_go(&mut self, start: &Start) -> Piece {
         let dissipated = self.stored_energy();
         self.deflection = 0.0;
-        start.no_way(dissipated)
+        start.no_distance(dissipated)
     }
 
     /// A slide with the kinetic force, down to a speed, m/s.

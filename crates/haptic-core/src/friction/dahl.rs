@@ -29,7 +29,7 @@ use alloc::boxed::Box;
 
 /// What a series may leave out, N: under a slow hand the pieces of a light block add up.
 const TOLERANCE_N: f64 = 6e-11;
-/// So many times the way on which its series converges takes a piece at most: the coefficients of a longer
+/// So many times the distance on which its series converges takes a piece at most: the coefficients of a longer
 /// one may be beyond all numbers, where a deflection of the other direction is a hundred times the limit.
 const FEW_RADII: f64 = 16.0;
 
@@ -270,7 +270,7 @@ impl DahlContact {
         expansion.piece(speed, dissipated)
     }
 
-    /// A piece on the power of the way that any other exponent has.
+    /// A piece on the power of the distance that any other exponent has.
     fn yield_by_power(&mut self, start: &Start, rest: f64) -> Piece {
         let (limit, sign) = (self.law.dynamic_force.get(start.direction), start.direction.sign());
         let mut series = PowerSeries::new(self.law.exponent, self.law.contact_stiffness, limit, rest);
@@ -286,7 +286,7 @@ impl DahlContact {
         let reaches = self.law.exponent < 1.0 && expansion.until(|_, n| series.line(n));
         let mut piece = expansion.piece(speed.take_if(|_| !reaches), 0.0);
         let left = if reaches {
-            piece.distance = series.way_to_limit();
+            piece.distance = series.distance_to_limit();
             0.0
         } else {
             series.rest_at(piece.distance)
@@ -321,7 +321,7 @@ impl PiecewiseContact for DahlContact {
             // go the other way.
             let dissipated = self.stored_energy();
             self.force = 0.0;
-            return start.no_way(dissipated);
+            return start.no_distance(dissipated);
         }
         let rest = self.rest(start.direction);
         if limit * rest < SETTLED_N {
@@ -335,7 +335,7 @@ impl PiecewiseContact for DahlContact {
 }
 
 impl DahlContact {
-    /// The energy, J, that friction took on a way of a distance, m, that ended at a force (N) along
+    /// The energy, J, that friction took over a distance, m, that ended at a force (N) along
     /// the motion: `(Fc^2/sigma) integral (1 - r)(r^-i - 1) dr` from `r` at the end to `r` at the
     /// start, and `Fc` beyond where `r` is zero.
     fn dissipated(&self, from: f64, to: f64, limit: f64, distance: f64) -> f64 {
@@ -343,7 +343,7 @@ impl DahlContact {
         if limit <= 0.0 {
             return 0.5 * from * from / stiffness;
         }
-        // The work is the integral of the force over the way, and `r` is most of what is left of it:
+        // The work is the integral of the force over the path, and `r` is most of what is left of it:
         // `integral r dx = (Fc/sigma) integral r^(1 - i) dr`.
         let (before, after) = ((1.0 - from / limit).max(0.0), (1.0 - to / limit).max(0.0));
         let i = self.law.exponent;

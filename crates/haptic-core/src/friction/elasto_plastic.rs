@@ -216,7 +216,7 @@ impl Plasticity for DelayedPlasticity {
     }
 }
 
-/// A bristle enters a regime at its border, and leaves it so much below, as a share of the way from
+/// A bristle enters a regime at its border, and leaves it so much below, as a share of the interval from
 /// one border to the next: on the border itself the speed may sway it to and fro. What `alpha` is off
 /// in between goes with the square.
 const BAND: f64 = 3e-7;

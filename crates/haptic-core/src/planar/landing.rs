@@ -2,7 +2,7 @@
 //!
 //! Under a pull `R` below the dynamic friction a slide stops in finite time, and turns towards `R` as it does: like
 //! `(t* - t)^(R / (Fd - R))`, so that no series passes through the stop. With `R` constant the equation has a solution:
-//! `Q = Fd s + R . w` falls linearly, and the angle between `R` and `w` gives the way. What `R` changes meanwhile is a
+//! `Q = Fd s + R . w` falls linearly, and the angle between `R` and `w` gives the path. What `R` changes meanwhile is a
 //! correction of the time, and bounds when this will do.
 
 use super::series::{Pull, Sliding, TOLERANCE_N};
@@ -12,7 +12,7 @@ use crate::math::sqrt;
 /// Error of a stop's time, s.
 const TIME_TOLERANCE_S: f64 = 1e-12;
 
-/// Share of the dynamic friction below which a pull has no direction worth to be told.
+/// Share of the dynamic friction below which a pull has no direction worth reporting.
 const NO_PULL: f64 = 1e-9;
 
 /// A stop.
@@ -48,9 +48,9 @@ impl Sliding {
         let cosine = along.dot(velocity) / speed;
         let sine = across.dot(velocity) / speed;
         let (near, far) = (0.5 * (1.0 + cosine), 0.5 * (1.0 - cosine));
-        let way = mass * speed * speed;
-        let displacement = along * (0.5 * way * (near * near / less - far * far / (fd + force)))
-            + across * (way * sine * (near / (2.0 * fd - force) + far / (2.0 * fd + force)));
+        let scale = mass * speed * speed;
+        let displacement = along * (0.5 * scale * (near * near / less - far * far / (fd + force)))
+            + across * (scale * sine * (near / (2.0 * fd - force) + far / (2.0 * fd + force)));
         let corrected = first * (1.0 - 0.5 * self.damping * first / mass)
             + (mass * pull.slope.dot(displacement) + pull.force.dot(pull.slope) * first * first) / brakes;
         Some(Landing {

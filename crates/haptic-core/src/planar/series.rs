@@ -80,12 +80,12 @@ impl Motion {
         value_up_to(self.degree, |k| self.velocity[k], time)
     }
 
-    /// Way made since the piece began, m.
+    /// Displacement since the piece began, m.
     pub(super) fn displacement(&self, time: f64) -> Plane {
         value_up_to(self.degree, |k| self.velocity[k] * RECIPROCAL[k + 1], time) * time * self.step_s
     }
 
-    /// Length of that way, m.
+    /// Length of the path since then, m.
     pub(super) fn path(&self, time: f64) -> f64 {
         value_up_to(self.degree, |k| self.speed[k] * RECIPROCAL[k + 1], time) * time * self.step_s
     }

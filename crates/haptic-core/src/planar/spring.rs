@@ -1,10 +1,10 @@
 //! Karnopp's friction on the device itself, in the plane: a spring that is anchored where the hand came to rest, and
 //! that the hand drags behind it as it slides.
 //!
-//! Stuck, the force is `Kp` times the way from the anchor, up to `Fs` whatever its direction. In a slide the anchor
-//! follows at the distance `Fd/Kp`, on a tractrix: on a straight way of length `l` the angle `psi` between the force
-//! and the motion falls as `tan(psi/2) = tan(psi0/2) exp(-l Kp/Fd)`. A slide ends where the motion turns back from the
-//! anchor's pull, and, with a threshold, where it has become slower than that.
+//! Stuck, the force is `Kp` times the displacement from the anchor, up to `Fs` whatever its direction. In a slide the
+//! anchor follows at the distance `Fd/Kp`, on a tractrix: on a straight path of length `l` the angle `psi` between the
+//! force and the motion falls as `tan(psi/2) = tan(psi0/2) exp(-l Kp/Fd)`. A slide ends where the motion turns back
+//! from the anchor's pull, and, with a threshold, where it has become slower than that.
 
 use super::block::{IsotropicKarnopp, SLIDING};
 use super::vector::Plane;
@@ -22,7 +22,7 @@ const MAX_SLIDES: u32 = 512;
 /// A spring that is this near its limit, as a share of it, has reached it.
 const AT_THE_LIMIT: f64 = 1e-12;
 
-/// Velocities across the way, as a share of all of them, that rounding explains.
+/// Velocities across the path, as a share of all of them, that rounding explains.
 const ON_A_LINE: f64 = 1e-9;
 
 /// The contact of the hand with an isotropic surface.
@@ -44,7 +44,7 @@ enum State {
     Sliding { away: Plane },
 }
 
-/// A straight piece of the hand's way.
+/// A straight piece of the hand's path.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     /// Its direction, of the length 1.
@@ -131,10 +131,10 @@ impl DraggedSpring {
     /// Moves on by `elapsed_s` seconds, in which the hand went to a position (m) and a velocity (m/s).
     pub(super) fn advance(&mut self, elapsed_s: f64, position: Plane, velocity: Plane) {
         if elapsed_s > 0.0 {
-            let way = position - self.position;
-            let distance = way.length();
+            let moved = position - self.position;
+            let distance = moved.length();
             let along = if distance > 0.0 {
-                way * (1.0 / distance)
+                moved * (1.0 / distance)
             } else if velocity != Plane::ZERO {
                 velocity.pointing(1.0)
             } else {
@@ -172,7 +172,7 @@ impl DraggedSpring {
     fn follow_piece(&mut self, mut piece: Piece) {
         if let State::Sliding { away } = self.state {
             if piece.leg.distance == 0.0 {
-                // The positions say where it went, as a velocity is late: without a way a slide goes on.
+                // The positions say where it went, as a velocity is late: without a displacement a slide goes on.
                 piece.along = away;
             } else if away.dot(piece.along) <= 0.0 {
                 // It turned back: the slide ended at rest, and what follows unloads the spring.
@@ -257,7 +257,7 @@ impl DraggedSpring {
         piece.split(distance - distance % round).1
     }
 
-    /// Goes on as a stuck spring; returns the direction of the friction and what is left of the way after it broke
+    /// Goes on as a stuck spring; returns the direction of the friction and what is left of the path after it broke
     /// loose.
     fn go_stuck(&mut self, force: Plane, piece: &Piece) -> Option<(Plane, Piece)> {
         let limit = self.friction.static_force;

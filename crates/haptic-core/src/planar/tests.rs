@@ -115,10 +115,10 @@ fn step() -> impl Strategy<Value = Step> {
     })
 }
 
-/// The contacts that it hears of.
-struct Heard(Contact);
+/// The newest contact that was reported.
+struct NewestContact(Contact);
 
-impl EventSink for Heard {
+impl EventSink for NewestContact {
     fn contact_changed(&mut self, _at_s: f64, from: Contact, to: Contact) {
         assert_eq!(self.0, from);
         self.0 = to;
@@ -201,10 +201,10 @@ proptest! {
             for Step { by_m, to_mps } in steps {
                 place += by_m;
                 let force = line.render(T, place, to_mps);
-                let mut heard = Heard(plane.shown().contact);
-                let rendered = plane.render_with_events(T, along * place, along * to_mps, &mut heard);
+                let mut newest = NewestContact(plane.shown().contact);
+                let rendered = plane.render_with_events(T, along * place, along * to_mps, &mut newest);
                 prop_assert!(!rendered.work_exhausted);
-                prop_assert_eq!(heard.0, plane.shown().contact);
+                prop_assert_eq!(newest.0, plane.shown().contact);
                 let apart_n = (along * force - rendered.coupling_force).length();
                 prop_assert!(apart_n < 1e-6 * (1.0 + force.abs()), "{force} {rendered:?}");
                 prop_assert_eq!(plane.shown().contact == Contact::Stuck, line.shown().contact == Contact::Stuck);

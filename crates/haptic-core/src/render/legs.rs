@@ -79,7 +79,7 @@ impl Motion {
         if back == 0.0 {
             return alone(first, there);
         }
-        // Constant acceleration takes the time that the way over the mean speed is.
+        // Constant acceleration takes the time that the distance over the mean speed is.
         let (there_s, back_s) = (there / first.from_speed, back / last.to_speed);
         let share = there_s / (there_s + back_s);
         let first = Leg {

@@ -55,7 +55,7 @@ impl<'de> DeserializeSeed<'de> for Key<'_> {
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<String, D::Error> {
         let key = String::deserialize(deserializer)?;
         let Some(law) = self.law else { return Ok(key) };
-        // What else is wrong is told of the whole.
+        // Other errors are reported of the whole.
         let alone = [
             ("law", Field::Word(law.into())),
             (&key, Field::Value(NumberOrPair::Number(0.0))),

@@ -1,4 +1,4 @@
-//! The way from one scene to another with the same law and the same parts.
+//! The path from one scene to another with the same law and the same parts.
 
 use super::change::Scene;
 use crate::directional::{Direction, Directional};
@@ -6,7 +6,7 @@ use crate::math::powf;
 use crate::parameters::{Scale, TABLE};
 
 impl Scene {
-    /// The scene at a share of the way to another, from 0 (this one) to 1 (the other): every
+    /// The scene at a share of the path to another, from 0 (this one) to 1 (the other): every
     /// parameter moves evenly, one with a logarithmic scale by equal ratios. Everything else is the
     /// other's.
     ///
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn between_two_laws_there_is_no_way() {
+    fn between_two_laws_there_is_no_path() {
         let viscous = Scene {
             friction: crate::friction::Friction::Viscous(crate::friction::Viscous {
                 viscous: crate::Directional::both(1.0),

@@ -24,7 +24,7 @@ const INVERSE_BINOMIAL: [[f64; ROOM]; ROOM] = {
     table
 };
 
-/// Halvings after which two roots that are still not told apart count as a touch.
+/// Halvings after which two roots that are still not distinguished count as a touch.
 const MAX_HALVINGS: u32 = 40;
 
 /// The first time in `(0, end]` at which a polynomial that is positive at 0 comes to zero; `None`
@@ -37,12 +37,12 @@ pub(crate) fn first_root(polynomial: &[f64; ROOM], degree: usize, end: f64) -> O
     if stays_positive(polynomial, end) {
         return None;
     }
-    root_on_the_way(polynomial, degree, end)
+    root_within(polynomial, degree, end)
 }
 
 /// The same of a polynomial that may come to zero. Apart, so that the others make no room for it.
 #[inline(never)]
-fn root_on_the_way(polynomial: &[f64; ROOM], degree: usize, end: f64) -> Option<f64> {
+fn root_within(polynomial: &[f64; ROOM], degree: usize, end: f64) -> Option<f64> {
     let mut fall = [0.0; ROOM];
     for k in 1..ROOM {
         fall[k - 1] = -(k as f64) * polynomial[k];

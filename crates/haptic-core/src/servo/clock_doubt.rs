@@ -1,5 +1,5 @@
 //! Whether a device's clock can be believed before force flows: nothing is made of its errors without force, and
-//! whoever wants to engage is told of them, and of those that were a fault.
+//! they, and those that were a fault, are reported to whoever wants to engage.
 
 use crate::sample_clock::ClockError;
 use crate::snapshot::Archive;

@@ -10,7 +10,7 @@ use crate::vector::Vector;
 use crate::{Scene, SceneError, Scheme};
 use alloc::vec::Vec;
 
-/// Scenes that a way is made of at most: a force moves by less than a hundredth of its range in
+/// Scenes that a ramp is made of at most: a force moves by less than a hundredth of its range in
 /// one.
 const MAX_STEPS: f64 = 250.0;
 
@@ -49,21 +49,21 @@ impl<V: Vector> CompiledScene<V> {
             }
         };
         let count = ceil(ramp_s / period_s).min(MAX_STEPS);
-        let mut on_the_way = Vec::new();
+        let mut renderers = Vec::new();
         let mut step = 1.0;
         while step < count {
             // What cannot be rendered between two scenes that can is passed over.
             if let Some(Ok(renderer)) = from.toward(to, step / count).as_ref().map(compile) {
-                on_the_way.push(renderer);
+                renderers.push(renderer);
             }
             step += 1.0;
         }
-        on_the_way.push(renderer);
+        renderers.push(renderer);
         Ok(Self {
             // The scene from which it comes has been rendered before.
             renderer: compile(&first).or_else(|_| compile(to))?,
             revision,
-            transition: Transition::Steps(Steps::new(on_the_way, ramp_s)),
+            transition: Transition::Steps(Steps::new(renderers, ramp_s)),
         })
     }
 }
@@ -103,9 +103,9 @@ mod tests {
         };
         assert_eq!(steps.count(), 10);
         for step in 0..=10 {
-            let on_the_way = stiff(1000.0).toward(&stiff(3000.0), f64::from(step) / 10.0);
-            let on_the_way = on_the_way.expect("both are of one law");
-            let expected = Renderer::new(&on_the_way, Scheme::Exact, 1e-3).expect("it is valid");
+            let between = stiff(1000.0).toward(&stiff(3000.0), f64::from(step) / 10.0);
+            let between = between.expect("both are of one law");
+            let expected = Renderer::new(&between, Scheme::Exact, 1e-3).expect("it is valid");
             assert_eq!(coupling_force(&renderer), coupling_force(&expected), "step {step}");
             steps.advance(0.951e-3, &mut renderer);
         }
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_way_has_a_bounded_number_of_steps_and_none_has_none() {
+    fn a_long_ramp_has_a_bounded_number_of_steps_and_none_has_none() {
         assert!(matches!(ramped(10.0).transition, Transition::Steps(steps) if steps.count() == 250));
         assert!(matches!(ramped(0.0).transition, Transition::AtOnce));
         let other = Scene::paper().with_law("viscous").expect("a law").expect("a scene");

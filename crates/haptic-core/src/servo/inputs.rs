@@ -8,7 +8,7 @@ use crate::sample::{DeviceError, ErrorCode, ErrorReport, Measurement, Motor};
 pub struct Inputs<V = f64> {
     /// Time since the step before on our own clock, ns; zero in the first step.
     pub elapsed_ns: u64,
-    /// What the device said.
+    /// What the device reported.
     pub sample: Result<Measurement<V>, DeviceError>,
     /// Distance between two positions that the device can distinguish, m. It changes only with the
     /// device.
@@ -194,7 +194,7 @@ impl InputWord {
         Events(self.byte(EVENTS) & ALL_EVENTS)
     }
 
-    /// Whether a button of the rig is pressed, by its bit; none is where the device said no sample.
+    /// Whether a button of the rig is pressed, by its bit; none is where the device sent no sample.
     #[must_use]
     pub fn is_pressed(self, button: u8) -> bool {
         self.byte(BUTTONS) & 1_u8.checked_shl(button.into()).unwrap_or(0) != 0
@@ -206,10 +206,10 @@ impl InputWord {
         Command::from_code(self.byte(COMMAND) & 3)
     }
 
-    /// What the device said, with the numbers of its sample.
+    /// What the device reported, with the numbers of its sample.
     ///
     /// # Errors
-    /// What the device said was an error.
+    /// The device reported an error.
     pub fn sample<V>(self, sequence: u32, time_ns: u64, position_m: V) -> Result<Measurement<V>, DeviceError> {
         match self.flags & 7 {
             0 => Ok(Measurement {
@@ -308,7 +308,7 @@ mod tests {
                 word = word.with_new_limits();
             }
             if write_failed {
-                // However often it is said.
+                // However often it is set.
                 word = word.with_write_failed().with_write_failed();
             }
             let Measurement { sequence, time_ns, position_m, .. } = sample.unwrap_or(Measurement::new(0, 0, 0.0));

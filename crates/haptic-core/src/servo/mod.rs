@@ -19,7 +19,7 @@
 //!
 //! const PERIOD_NS: u64 = 1_000_000;
 //!
-//! /// One tick: what the encoder said becomes the force to command until the next tick.
+//! /// One tick: what the encoder reported becomes the force to command until the next tick.
 //! fn tick(
 //!     servo: &mut Servo,
 //!     encoder: Result<Measurement, DeviceError>,

@@ -352,7 +352,7 @@ mod tests {
 
     // hazard: H9
     #[test]
-    fn an_alarm_is_said_even_where_the_rig_is_stopped() {
+    fn an_alarm_is_reported_even_where_the_rig_is_stopped() {
         let mut rig = Rig::new(0.2, 0.05);
         rig.stop();
         rig.fail(Fault::TooFast);

@@ -28,7 +28,7 @@ pub struct Servo<V: Vector = f64> {
     pub(super) scene: Box<CompiledScene<V>>,
     /// What is rendered instead of the scene.
     pub(super) own_motion: Option<OwnMotion>,
-    /// The way of that motion, as a vector of the length 1, and where it began, m.
+    /// The direction of that motion, as a vector of the length 1, and where it began, m.
     pub(super) motion_along: V,
     pub(super) motion_from: V,
     /// The scene before, while its force fades out.

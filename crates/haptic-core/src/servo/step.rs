@@ -31,7 +31,7 @@ pub const OFF_TIMEOUT_NS: u64 = 100_000_000;
 const OFF_TIMEOUT_SAMPLES: f64 = 3.0;
 
 impl<V: Vector> Servo<V> {
-    /// One step: what the device said leads to a force. A scene that arrives is rendered from this
+    /// One step: what the device reported leads to a force. A scene that arrives is rendered from this
     /// step on; take what is [`retired`](Self::take_retired) before another one arrives.
     // A loop steps its servo in one place: this and what every step passes through is compiled into it, and
     // its inputs and outputs stay in registers.
@@ -128,7 +128,7 @@ impl<V: Vector> Servo<V> {
         button.is_some() && !self.is_pressed(button)
     }
 
-    /// Takes in what the device said; returns the time since the last sample, s. A failed or stale
+    /// Takes in what the device reported; returns the time since the last sample, s. A failed or stale
     /// read is never rendered as a position.
     #[inline(always)]
     fn sense(&mut self, inputs: &Inputs<V>) -> f64 {
@@ -185,8 +185,8 @@ impl<V: Vector> Servo<V> {
             reason = "a few periods of at most a second, ns"
         )]
         let samples_ns = (OFF_TIMEOUT_SAMPLES * self.sensing.period_s() * 1e9) as u64;
-        let told_for_ns = self.now_ns.saturating_sub(since_ns);
-        if self.sensing.motor == Motor::Enabled && told_for_ns > OFF_TIMEOUT_NS.max(samples_ns) {
+        let off_for_ns = self.now_ns.saturating_sub(since_ns);
+        if self.sensing.motor == Motor::Enabled && off_for_ns > OFF_TIMEOUT_NS.max(samples_ns) {
             self.rig.alarm(Fault::StillEnabled);
         }
     }
@@ -266,7 +266,7 @@ impl<V: Vector> Servo<V> {
         if is_outside || !self.sensing.is_steady(self.now_ns) {
             if elapsed_s > 0.0 && self.sensing.is_silent() {
                 // All force had decayed: the surface grips the hand again where it is, without the force
-                // that the way there would have built up.
+                // that the path there would have built up.
                 self.start_at(position, velocity);
                 elapsed_s = 0.0;
             }

@@ -250,10 +250,10 @@ fn damaged_snapshot_is_refused_by_the_name_of_its_field() {
         servo.expect_err("it is damaged").to_string()
     };
     assert_eq!(restored("limiter.last_N", None), "the snapshot lacks limiter.last_N");
-    for (value, told) in [(FieldValue::Count(9), "9"), (FieldValue::Number(0.5), "0.5")] {
+    for (value, expected) in [(FieldValue::Count(9), "9"), (FieldValue::Number(0.5), "0.5")] {
         assert_eq!(
             restored("scene.contact", Some(value)),
-            format!("the snapshot has no such value of scene.contact as {told}")
+            format!("the snapshot has no such value of scene.contact as {expected}")
         );
     }
 }

@@ -57,7 +57,7 @@ pub enum Transition<V: Vector = f64> {
     /// In the step that takes it.
     #[default]
     AtOnce,
-    /// Through scenes on the way, the last of them the scene itself.
+    /// Through scenes in between, the last of them the scene itself.
     Steps(Steps<V>),
     /// By fading over from the force of the one before.
     Fade {
@@ -66,7 +66,7 @@ pub enum Transition<V: Vector = f64> {
     },
 }
 
-/// Scenes on the way from one to another, at equal distances in time.
+/// Scenes on the path from one to another, at equal distances in time.
 #[derive(Debug)]
 pub struct Steps<V: Vector = f64> {
     /// Those yet to come; in the places of those that came, the ones that they replaced.

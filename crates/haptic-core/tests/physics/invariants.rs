@@ -96,11 +96,11 @@ proptest! {
             prop_assert!(after.position.is_finite() && after.velocity.is_finite(), "{scene:?}: {after:?}");
             prop_assert!(rendered.events <= MAX_EVENTS, "{scene:?}: {rendered:?}");
             if let (Friction::Karnopp(law), Some(_)) = (&scene.friction, scene.block) {
-                let goes_as_said = match after.contact {
+                let goes_as_stated = match after.contact {
                     Contact::Stuck => after.velocity == 0.0,
                     Contact::Sliding(direction) => direction.sign() * after.velocity >= 0.0,
                 };
-                prop_assert!(goes_as_said, "{scene:?}: {after:?}");
+                prop_assert!(goes_as_stated, "{scene:?}: {after:?}");
                 // 16, and two for each half-turn.
                 prop_assert!(law.stribeck_velocity > 0.0 || rendered.events <= 271, "{scene:?}: {rendered:?}");
             }

@@ -235,8 +235,8 @@ impl Fine {
             ]
         };
         let (stiffness, _) = equation(friction, direction, 0.0, 0.0);
-        let way = (tick.at(end).1 - tick.at(begin).1).abs();
-        let steps = (stiffness * way / 2e-4 / 0.5).clamp(400.0, 20_000.0).ceil();
+        let distance = (tick.at(end).1 - tick.at(begin).1).abs();
+        let steps = (stiffness * distance / 2e-4 / 0.5).clamp(400.0, 20_000.0).ceil();
         let h = (end - begin) / steps;
         let mut along = direction * self.force;
         let mut k = 0.0;

@@ -51,14 +51,14 @@ impl Case {
 
 /// Events, and the energy that friction took.
 #[derive(Default)]
-struct Heard {
+struct Recorder {
     before_s: f64,
     events: Vec<(f64, bool)>,
     dissipated_j: f64,
     least_j: f64,
 }
 
-impl EventSink for Heard {
+impl EventSink for Recorder {
     fn contact_changed(&mut self, at_s: f64, _from: Contact, to: Contact) {
         self.events.push((self.before_s + at_s, to != Contact::Stuck));
     }
@@ -91,11 +91,11 @@ fn references_are_met_with_their_events() {
         let events = table(&format!("{name}.events.csv"));
         let sample = |row: &[f64]| (Plane::new(row[1], row[2]), Plane::new(row[3], row[4]));
         let mut block = case.block(Plane::new(rows[0][5], rows[0][6]), sample(&rows[0]));
-        let mut heard = Heard::default();
+        let mut recorder = Recorder::default();
         for (last, row) in rows.iter().zip(&rows[1..]) {
-            heard.before_s = last[0];
+            recorder.before_s = last[0];
             let (position, velocity) = sample(row);
-            let rendered = block.tick(T, position, velocity, &mut heard);
+            let rendered = block.tick(T, position, velocity, &mut recorder);
             assert!(!rendered.work_exhausted, "{name} at {} s", row[0]);
             let state = block.state();
             let force = (rendered.coupling_force - Plane::new(row[9], row[10])).length();
@@ -113,8 +113,8 @@ fn references_are_met_with_their_events() {
                 row[0]
             );
         }
-        assert_eq!(heard.events.len(), events.len(), "{name}");
-        for ((at_s, slides), event) in heard.events.iter().zip(&events) {
+        assert_eq!(recorder.events.len(), events.len(), "{name}");
+        for ((at_s, slides), event) in recorder.events.iter().zip(&events) {
             assert_eq!(*slides, event[1] != 0.0, "{name}: {event:?}");
             assert!((at_s - event[0]).abs() <= 1e-11, "{name}: {at_s} for {event:?}");
         }
@@ -303,16 +303,20 @@ fn friction_in_the_plane_creates_no_energy() {
         let mut block = case.block(begin.0, begin);
         let mut last_n = block.coupling_force();
         for tick in 1..=600 {
-            let mut heard = Heard::default();
+            let mut recorder = Recorder::default();
             let before = block.state();
             let next = hand.at(f64::from(tick) * T);
-            block.tick(T, next.0, next.1, &mut heard);
-            assert!(heard.least_j >= 0.0, "seed {seed}, tick {tick}: {:e} J", heard.least_j);
-            // The way is at least as long as the displacement.
+            block.tick(T, next.0, next.1, &mut recorder);
+            assert!(
+                recorder.least_j >= 0.0,
+                "seed {seed}, tick {tick}: {:e} J",
+                recorder.least_j
+            );
+            // The path is at least as long as the displacement.
             let moved = (block.state().position - before.position).length();
             let least = case.friction.dynamic_force * moved;
             assert!(
-                heard.dissipated_j >= least * (1.0 - 1e-9) - 1e-12,
+                recorder.dissipated_j >= least * (1.0 - 1e-9) - 1e-12,
                 "seed {seed}, tick {tick}"
             );
             last_n = block.coupling_force();

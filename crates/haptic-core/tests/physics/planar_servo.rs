@@ -347,10 +347,10 @@ fn what_a_plane_has_not_is_refused_by_name_and_reason() {
 }
 
 /// The anchor of the hand's spring, followed in steps so small that each is straight for it.
-fn dragged_in_steps(way: &[Plane], stiffness: f64, limit: f64) -> Plane {
+fn dragged_in_steps(path: &[Plane], stiffness: f64, limit: f64) -> Plane {
     const STEPS: u32 = 20_000;
-    let mut anchor = way[0];
-    for pair in way.windows(2) {
+    let mut anchor = path[0];
+    for pair in path.windows(2) {
         for step in 1..=STEPS {
             let hand = pair[0] + (pair[1] - pair[0]) * (f64::from(step) / f64::from(STEPS));
             let stretch = hand - anchor;
@@ -360,7 +360,7 @@ fn dragged_in_steps(way: &[Plane], stiffness: f64, limit: f64) -> Plane {
             }
         }
     }
-    (way[way.len() - 1] - anchor) * stiffness
+    (path[path.len() - 1] - anchor) * stiffness
 }
 
 /// With `Fs = Fd` the friction on the device is the pull of an anchor at the end of a string.
@@ -375,18 +375,18 @@ fn dragged_spring_follows_its_tractrix() {
             contact_stiffness: Some(stiffness),
             ..Karnopp::new(limit, limit)
         });
-        let mut way = vec![Plane::ZERO];
+        let mut path = vec![Plane::ZERO];
         for _ in 0..6 {
             let by = Plane::new(random.between(-1e-3, 1e-3), random.between(-1e-3, 1e-3));
-            way.push(way[way.len() - 1] + by);
+            path.push(path[path.len() - 1] + by);
         }
         let mut renderer = PlanarRenderer::new(&scene, Scheme::Exact, T).expect("it can be rendered");
         renderer.start_at(Plane::ZERO, Plane::ZERO);
         let mut force = Plane::ZERO;
-        for pair in way.windows(2) {
+        for pair in path.windows(2) {
             force = renderer.render(T, pair[1], (pair[1] - pair[0]) * (1.0 / T));
         }
-        let expected = dragged_in_steps(&way, stiffness, limit);
+        let expected = dragged_in_steps(&path, stiffness, limit);
         assert!((force - expected).length() < 1e-3, "{force:?} for {expected:?}");
     }
 }
@@ -433,7 +433,7 @@ fn force_ends_outside_the_workspace_and_returns_without_a_step() {
         ..Scene::paper()
     };
     let stuck = Scene {
-        // Held for the whole way.
+        // Held for the whole path.
         friction: Friction::Karnopp(Karnopp::new(50.0, 40.0)),
         ..paper.clone()
     };

@@ -34,11 +34,11 @@ fn tick_in(parts: u32, block: &mut Renderer, elapsed_s: f64, [from, to]: Ends) -
     let (mut force_n, mut exhausted, mut taken) = (0.0, false, Meter::default());
     for part in 1..=parts {
         let share = f64::from(part) / f64::from(parts);
-        let on_the_way = |from: f64, to: f64| if part == parts { to } else { from + share * (to - from) };
+        let at_share = |from: f64, to: f64| if part == parts { to } else { from + share * (to - from) };
         let rendered = block.tick_with_events(
             elapsed_s / f64::from(parts),
-            on_the_way(from.0, to.0),
-            on_the_way(from.1, to.1),
+            at_share(from.0, to.0),
+            at_share(from.1, to.1),
             &mut taken,
         );
         force_n = rendered.coupling_force;

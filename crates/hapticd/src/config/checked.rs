@@ -174,7 +174,7 @@ impl Options {
             keep_cpus_awake: self.keep_cpus_awake.unwrap_or(true),
             late_policy: self.late_policy.map_or(LatePolicy::Warn, |name| name.0),
             scene,
-            // Clients are told of files in it, and have another working directory.
+            // Clients get paths of files in it, and have another working directory.
             scene_dir: absolute(self.scene_dir.clone().unwrap_or_else(default_scene_dir)),
             state_dir: self.state_dir.clone().unwrap_or_else(default_state_dir),
             rules: EngageRules {

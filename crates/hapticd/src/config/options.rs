@@ -474,7 +474,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_with_a_unit_is_told_to_be_bare() {
+    fn a_number_with_a_unit_is_refused_with_a_hint() {
         let refused = |value: &str| {
             let error = Options::try_parse_from(["hapticd", "--rate", value]).expect_err(value);
             without_unit(error).to_string()
@@ -482,11 +482,11 @@ mod tests {
         assert!(refused("1kHz").contains("write a bare number"));
         assert!(!refused("fast").contains("write a bare number"));
         for address in ["9664", "127.0.0.1"] {
-            let said = Options::try_parse_from(["hapticd", "--metrics", address]).map_err(without_unit);
-            let said = said.expect_err(address).to_string();
+            let message = Options::try_parse_from(["hapticd", "--metrics", address]).map_err(without_unit);
+            let message = message.expect_err(address).to_string();
             assert!(
-                said.contains("as in 127.0.0.1:9664") && !said.contains("bare number"),
-                "{said}"
+                message.contains("as in 127.0.0.1:9664") && !message.contains("bare number"),
+                "{message}"
             );
         }
     }

@@ -75,8 +75,8 @@ fn located(error: ConfigError, options: &Options, text: &str) -> ConfigError {
     let message = error.to_string();
     let is_named = |line: &str| {
         let name = line.split_once('=').map(|(name, _)| name.trim());
-        let said = message.split_once(" = ").map(|(said, _)| said);
-        name.is_some() && name == said
+        let stated = message.split_once(" = ").map(|(stated, _)| stated);
+        name.is_some() && name == stated
     };
     match (&options.config, text.lines().position(is_named)) {
         (Some(path), Some(index)) => ConfigError::InFile {

@@ -49,17 +49,17 @@ fn read(path: &Path) -> Result<(Options, String), ConfigError> {
     let options = toml::from_str(&text).map_err(|error| {
         let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
         let line = before.matches('\n').count();
-        let said = said_of(text.lines().nth(line).unwrap_or_default(), error.message());
+        let problem = problem_of(text.lines().nth(line).unwrap_or_default(), error.message());
         ConfigError::Parse {
             path: path.to_path_buf(),
-            message: with_short_lines(&format!("line {}: {said}", line + 1)),
+            message: with_short_lines(&format!("line {}: {problem}", line + 1)),
         }
     })?;
     Ok((options, text))
 }
 
-/// What is wrong with a line, of which TOML's reader has said something.
-fn said_of(line: &str, message: &str) -> String {
+/// What is wrong with a line that TOML's reader refuses.
+fn problem_of(line: &str, message: &str) -> String {
     let (name, value) = line.split_once('=').unwrap_or((line, ""));
     let (name, value) = (name.trim().trim_matches(&['[', ']'][..]), value.trim());
     let is_word = value.starts_with(|first: char| first.is_alphabetic() || first == '/');
@@ -74,7 +74,7 @@ fn said_of(line: &str, message: &str) -> String {
         format!("{name} = {value}: a text stands in quotes: {name} = \"{value}\"")
     } else if let Some((_, expected)) = message
         .split_once(", expected ")
-        .filter(|(said, _)| said.starts_with("invalid type"))
+        .filter(|(problem, _)| problem.starts_with("invalid type"))
     {
         let expected = match expected {
             "f64" => "a number, without quotes",

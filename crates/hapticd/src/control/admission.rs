@@ -175,7 +175,7 @@ fn button_in_the_way(there: u8, pressed: u64, stop: Option<u8>, enable: Option<u
     })
 }
 
-/// What is wrong with the way of commands to the device.
+/// What is wrong with the delivery of commands to the device.
 fn not_delivered(counters: &LinkCounters) -> Option<Blocker> {
     let (code, what, remedy) = match counters.delivery() {
         Delivery::InTime => return None,
@@ -331,11 +331,11 @@ mod tests {
             allow_no_watchdog: true,
             ..strict
         };
-        for (watchdog_ms, told) in [(None, "= 0 ms"), (Some(201), "= 201 ms"), (Some(65535), "= 65535 ms")] {
+        for (watchdog_ms, expected) in [(None, "= 0 ms"), (Some(201), "= 201 ms"), (Some(65535), "= 65535 ms")] {
             let found = no_watchdog(&device(1.0, watchdog_ms), strict).expect("in the way");
             assert_eq!(found.error.code, ErrorCode::NoWatchdog);
             assert_eq!(found.error.max, Some(200.0));
-            for part in [told, "from 1 to 200 ms"] {
+            for part in [expected, "from 1 to 200 ms"] {
                 assert!(found.error.message.contains(part), "{} lacks {part}", found.error);
             }
             assert!(found.remedy.contains("--allow-no-watchdog"), "{}", found.remedy);
@@ -363,7 +363,7 @@ mod tests {
     #[test]
     fn missing_or_wrongly_pressed_button_blocks_engaging() {
         let found = |there, pressed, stop, enable| button_in_the_way(there, pressed, stop, enable);
-        for (there, stop, enable, told) in [
+        for (there, stop, enable, expected) in [
             (
                 0b1,
                 Some(4),
@@ -380,25 +380,25 @@ mod tests {
         ] {
             let found = found(there, 0, stop, enable).expect("in the way");
             assert_eq!(found.error.code, ErrorCode::NoButton);
-            assert!(found.error.message.contains(told), "{}", found.error);
+            assert!(found.error.message.contains(expected), "{}", found.error);
         }
-        let told = |pressed, stop, enable| found(0b11, pressed, stop, enable).map(|found| found.error.message);
-        assert_eq!(told(0b10, Some(0), Some(1)), None);
+        let message = |pressed, stop, enable| found(0b11, pressed, stop, enable).map(|found| found.error.message);
+        assert_eq!(message(0b10, Some(0), Some(1)), None);
         assert_eq!(
-            told(0b11, Some(0), Some(1)).as_deref(),
+            message(0b11, Some(0), Some(1)).as_deref(),
             Some("the rig's own stop button is pressed")
         );
         assert_eq!(
-            told(0, Some(0), Some(1)).as_deref(),
+            message(0, Some(0), Some(1)).as_deref(),
             Some("the rig's enable button is not held down")
         );
-        assert_eq!(told(0, Some(0), None), None);
+        assert_eq!(message(0, Some(0), None), None);
     }
 
     // hazard: F21
     #[test]
     fn friction_that_is_not_known_is_not_compensated() {
-        for (friction, told) in [
+        for (friction, expected) in [
             (KnownFriction::Never, "never identified"),
             (
                 KnownFriction::Unusable("its direction has changed".to_owned()),
@@ -407,7 +407,7 @@ mod tests {
         ] {
             let found = not_identified(&device(1.0, Some(50)), &friction).expect("in the way");
             assert_eq!(found.error.code, ErrorCode::NotIdentified);
-            assert!(found.error.message.contains(told), "{}", found.error);
+            assert!(found.error.message.contains(expected), "{}", found.error);
             assert!(found.remedy.contains("identify --rig"), "{}", found.remedy);
         }
     }

@@ -128,8 +128,8 @@ mod tests {
     use haptic_core::friction::{Friction, LAWS};
 
     #[test]
-    fn friction_beyond_the_force_limit_is_told_of_every_law() {
-        let told = |scene: &Scene, limit_n: f64| -> Vec<String> {
+    fn friction_beyond_the_force_limit_is_reported_of_every_law() {
+        let messages = |scene: &Scene, limit_n: f64| -> Vec<String> {
             let beyond = beyond_the_force_limit(scene, limit_n);
             beyond.into_iter().map(|advice| advice.message).collect()
         };
@@ -141,14 +141,14 @@ mod tests {
             for parameter in [Parameter::StaticForce, Parameter::DynamicForce] {
                 let Some(force) = scene.value(parameter) else { continue };
                 let (most, name) = (force.greatest(), parameter.info().name);
-                let is_told = |limit_n| told(&scene, limit_n).iter().any(|told| told.contains(name));
-                assert!(is_told(0.9 * most) && !is_told(most), "{name} of {law}");
+                let is_named = |limit_n| messages(&scene, limit_n).iter().any(|message| message.contains(name));
+                assert!(is_named(0.9 * most) && !is_named(most), "{name} of {law}");
             }
         }
         let forces = [("Fs", 9.0), ("Fd", 1.0)].map(|(name, value)| (name.parse().expect("a parameter"), value));
         let scene = Scene::paper().with(&forces).expect("a valid scene");
         assert_eq!(
-            told(&scene, 3.0),
+            messages(&scene, 3.0),
             [
                 "static_force = 9 N is above the force limit of 3 N: the hand feels no more than that, and can move the \
               handle before the friction lets go"
@@ -156,6 +156,6 @@ mod tests {
         );
         let one_way = [("Fs-".parse().expect("a parameter"), 2.0)];
         let scene = scene.with(&one_way).expect("a valid scene");
-        assert!(matches!(&told(&scene, 3.0)[..], [one] if one.starts_with("static_force+ = 9 N")));
+        assert!(matches!(&messages(&scene, 3.0)[..], [one] if one.starts_with("static_force+ = 9 N")));
     }
 }

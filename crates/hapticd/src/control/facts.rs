@@ -66,12 +66,12 @@ const SLOWER: f64 = 1.25;
 
 /// The time between a device's samples, s, by the rate that it says and by what was measured, s; 0 before that.
 fn sample_period_s(rate_hz: f64, measured_s: f64) -> f64 {
-    let said_s = 1.0 / rate_hz;
-    if measured_s <= SLOWER * said_s {
-        return said_s;
+    let nominal_s = 1.0 / rate_hz;
+    if measured_s <= SLOWER * nominal_s {
+        return nominal_s;
     }
     // A mean that is measured anew each time is no other rig.
-    let grain_s = said_s / 4.0;
+    let grain_s = nominal_s / 4.0;
     (measured_s / grain_s).ceil() * grain_s
 }
 

@@ -278,7 +278,7 @@ impl History {
     }
 
     /// The scene that the ramp to the newest one has reached in the newest tick; `None` without a ramp.
-    pub(crate) fn on_the_way(&self, tick: Option<&TickRecord>) -> Option<Scene> {
+    pub(crate) fn ramped_scene(&self, tick: Option<&TickRecord>) -> Option<Scene> {
         let KnownScene { scene, ramp, .. } = self.newest();
         let SceneRamp { from, .. } = ramp.as_deref().filter(|_| self.ramp_steps > 0)?;
         let share = self.ramped_share(tick);
@@ -426,7 +426,7 @@ mod tests {
                 ramp_steps,
                 ..crate::rt::outbox::tests::record(9)
             };
-            let scene = history.on_the_way(Some(&tick));
+            let scene = history.ramped_scene(Some(&tick));
             let mass = scene.and_then(|scene| scene.block).map(|block| block.mass);
             (mass.map(f64::round), history.is_ramping(Some(&tick)))
         };

@@ -29,7 +29,7 @@ pub(super) async fn home(rig: &RigHandle, by: Requester<'_>) -> Result<StateRepl
         return Err(no_device("take the home pose"));
     }
     exclusive_use::refuse_others(rig, "take the home pose")?;
-    let _told = Told::now(homing);
+    let _announcement = Announcement::now(homing);
     let mut looks = rig.channel.looks(rig.facts.period_ns);
     while !homing.is_taken() {
         looks.next().await?;
@@ -47,16 +47,16 @@ pub(super) async fn home(rig: &RigHandle, by: Requester<'_>) -> Result<StateRepl
 }
 
 /// What a person says now. It is withdrawn when nobody waits for it any more: a later sample may be of any other pose.
-struct Told(Homing);
+struct Announcement(Homing);
 
-impl Told {
+impl Announcement {
     fn now(homing: &Homing) -> Self {
         homing.tell();
         Self(homing.clone())
     }
 }
 
-impl Drop for Told {
+impl Drop for Announcement {
     fn drop(&mut self) {
         self.0.withdraw();
     }

@@ -261,7 +261,7 @@ mod tests {
             whole[0]
                 .message
                 .as_ref()
-                .is_some_and(|said| said.contains("not confirmed"))
+                .is_some_and(|message| message.contains("not confirmed"))
         );
     }
 }

@@ -19,8 +19,8 @@ use std::time::{Duration, Instant};
 /// Verdicts that are kept: a slider that goes to and fro asks for the same ones again.
 const MAX_KEPT: usize = 32;
 
-/// Most scenes that are tried by a thread before it tells: to begin one and to be told takes longer than a trial on a
-/// busy machine.
+/// Most scenes that are tried by a thread before it reports: to begin one and to get its report takes longer than a
+/// trial on a busy machine.
 const MAX_AT_A_TIME: usize = 16;
 
 /// Threads at a time.
@@ -45,7 +45,7 @@ struct Chatter {
     gentler: Option<Gentler>,
 }
 
-/// From this delay on a refusal names it, s: a converter that collects for 16 ms can be told not to.
+/// From this delay on a refusal names it, s: a converter that collects for 16 ms can be set not to.
 const LATE_S: f64 = 4e-3;
 
 /// What came of the trials of a scene: nothing, where it is calm.

@@ -136,7 +136,7 @@ pub(super) fn renew(rig: &Rc<RigHandle>, session: u64) {
     };
     publish(rig);
     if now_ns() > until_ns {
-        // The real-time thread may have seen the end before it heard of the new one, and have released the rig: so the
+        // The real-time thread may have seen the end before it received the new one, and have released the rig: so the
         // lease has lapsed, whatever the line asks for.
         rig.channel.lease_until(until_ns);
         let expired = rig.leases.take(|lease| lease.session == session);
@@ -229,11 +229,11 @@ mod tests {
         LocalSet::new().run_until(late).await;
         rig.pump();
         let entries = rig.journal(0, 9).entries;
-        let said: Vec<_> = entries
+        let entered: Vec<_> = entries
             .iter()
             .map(|entry| (&*entry.op, entry.message.as_deref()))
             .collect();
-        assert_eq!(said, [("lease_lapsed", Some(SILENT))]);
+        assert_eq!(entered, [("lease_lapsed", Some(SILENT))]);
         assert_eq!(rig.leases.count(), 1, "and the new one holds");
     }
 

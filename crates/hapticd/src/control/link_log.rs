@@ -44,30 +44,30 @@ impl Intervals {
 /// The lines about a link.
 #[derive(Debug, Default)]
 pub(super) struct LinkLog {
-    /// The newest reason, since when, and whether it was told.
+    /// The newest reason, since when, and whether it was logged.
     reason: Option<(ConnectError, Instant, bool)>,
-    /// Failed attempts when the reason was last told.
+    /// Failed attempts when the reason was last logged.
     attempts: u64,
     repeats: Intervals,
     connected_since: Option<Instant>,
     changes: u32,
     changed_at: Option<Instant>,
-    /// Changes that were not told.
+    /// Changes that were not logged.
     withheld: u64,
     counts: Intervals,
 }
 
 impl LinkLog {
-    /// Whether a change of the link is told now. It is counted otherwise.
+    /// Whether a change of the link is logged now. It is counted otherwise.
     pub(super) fn admits(&mut self, now: Instant) -> bool {
         if self.changed_at.is_none_or(|changed_at| now >= changed_at + QUIET) {
             (self.changes, self.counts) = (0, Intervals::default());
         }
         self.changed_at = Some(now);
         self.changes = self.changes.saturating_add(1);
-        let is_told = self.changes <= MAX_CHANGES;
-        self.withheld += u64::from(!is_told);
-        is_told
+        let is_logged = self.changes <= MAX_CHANGES;
+        self.withheld += u64::from(!is_logged);
+        is_logged
     }
 
     /// The lines that are due, for the state of the link and the attempts that have failed so far.
@@ -99,12 +99,12 @@ impl LinkLog {
             LinkState::Waiting(why) => why,
         };
         self.connected_since = None;
-        let (since, is_told) = match &self.reason {
-            Some((known, since, is_told)) if known == why => (*since, *is_told),
+        let (since, is_logged) = match &self.reason {
+            Some((known, since, is_logged)) if known == why => (*since, *is_logged),
             _ => (now, false),
         };
-        let tells = !is_told && now >= since + SETTLED;
-        self.reason = Some((why.clone(), since, is_told || tells));
+        let tells = !is_logged && now >= since + SETTLED;
+        self.reason = Some((why.clone(), since, is_logged || tells));
         if tells {
             self.attempts = attempts;
             self.repeats = Intervals {
@@ -116,7 +116,7 @@ impl LinkLog {
                 .then(|| format!("the device is not connected: {}", why.with_remedy()));
         }
         let failed = attempts - self.attempts;
-        if !is_told || failed == 0 || !self.repeats.is_due(now) {
+        if !is_logged || failed == 0 || !self.repeats.is_due(now) {
             return None;
         }
         self.attempts = attempts;
@@ -143,42 +143,42 @@ mod tests {
     fn lines(tenths: u64, at: impl Fn(u64) -> (LinkState, u64)) -> Vec<(u64, String)> {
         let began = Instant::now();
         let mut log = LinkLog::default();
-        let mut told = Vec::new();
+        let mut logged = Vec::new();
         for tenth in 0..tenths {
             let (state, attempts) = at(tenth);
             let now = began + Duration::from_millis(100 * tenth);
-            told.extend(log.lines(now, &state, attempts).into_iter().map(|line| (tenth, line)));
+            logged.extend(log.lines(now, &state, attempts).into_iter().map(|line| (tenth, line)));
         }
-        told
+        logged
     }
 
     #[test]
-    fn a_port_that_cannot_be_opened_is_told_once_then_counted() {
+    fn a_port_that_cannot_be_opened_is_logged_once_then_counted() {
         // Ten hours of an attempt each 4 s.
-        let told = lines(360_000, |tenth| (refused("in use"), 1 + tenth / 40));
-        assert!(told.len() < 45, "{} lines", told.len());
-        let (at, first) = &told[0];
+        let logged = lines(360_000, |tenth| (refused("in use"), 1 + tenth / 40));
+        assert!(logged.len() < 45, "{} lines", logged.len());
+        let (at, first) = &logged[0];
         assert_eq!(*at, 2, "at once");
         assert_eq!(first, "the device is not connected: /dev/ttyACM0: in use; the remedy");
-        let (at, second) = &told[1];
+        let (at, second) = &logged[1];
         assert!((100..=110).contains(at), "after {at} tenths");
         assert!(second.contains("still not connected after 2 more attempts"), "{second}");
-        let counted = told[2].0 - told[1].0;
+        let counted = logged[2].0 - logged[1].0;
         assert!((1000..=1010).contains(&counted), "the next after {counted} tenths");
     }
 
     #[test]
-    fn another_reason_is_told_anew_and_a_passing_one_is_not() {
-        let told = lines(100, |tenth| match tenth {
+    fn another_reason_is_logged_anew_and_a_passing_one_is_not() {
+        let logged = lines(100, |tenth| match tenth {
             // As a node appears, before it has its rights.
             0 => (refused("no right"), 1),
             1..50 => (refused("in use"), 2),
             _ => (LinkState::Waiting(ConnectError::Absent { what: "it".to_owned() }), 3),
         });
-        let told: Vec<&str> = told.iter().map(|(_, line)| &**line).collect();
-        assert_eq!(told.len(), 2, "{told:?}");
-        assert!(told[0].contains("in use; the remedy"), "{told:?}");
-        assert!(told[1].contains("it is not there; plug it in"), "{told:?}");
+        let logged: Vec<&str> = logged.iter().map(|(_, line)| &**line).collect();
+        assert_eq!(logged.len(), 2, "{logged:?}");
+        assert!(logged[0].contains("in use; the remedy"), "{logged:?}");
+        assert!(logged[1].contains("it is not there; plug it in"), "{logged:?}");
     }
 
     #[test]
@@ -186,7 +186,7 @@ mod tests {
         let connected = connected();
         let began = Instant::now();
         let mut log = LinkLog::default();
-        let (mut told, mut withheld) = (0, Vec::new());
+        let (mut logged, mut withheld) = (0, Vec::new());
         // An hour in which it is connected for half of each second.
         for half in 0..7200 {
             let now = began + Duration::from_millis(500 * half);
@@ -195,12 +195,12 @@ mod tests {
             } else {
                 refused("no samples")
             };
-            told += u32::from(log.admits(now));
+            logged += u32::from(log.admits(now));
             let due = log.lines(now, &state, half / 2);
-            told += u32::try_from(due.len()).expect("few");
+            logged += u32::try_from(due.len()).expect("few");
             withheld.extend(due.into_iter().filter(|line| line.contains("has changed")));
         }
-        assert!(told < 25, "{told} lines in an hour");
+        assert!(logged < 25, "{logged} lines in an hour");
         assert!(withheld.len() > 2, "{withheld:?}");
         // Well for a while, and lost once more.
         let later = began + Duration::from_secs(3600);

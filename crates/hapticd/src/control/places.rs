@@ -20,16 +20,16 @@ const KEPT: usize = 8;
 /// Limit of descriptors that is asked for: more than are ever used.
 const WANTED: u64 = 1024;
 
-/// Shortest time for which a newcomer is heard, however many wait behind it.
-const MIN_HEARING: Duration = Duration::from_millis(2);
+/// Shortest time for which a newcomer is listened to, however many wait behind it.
+const MIN_LISTENING: Duration = Duration::from_millis(2);
 
-/// How long a newcomer is heard.
-const HEARD_FOR: Duration = Duration::from_millis(100);
+/// How long a newcomer is listened to.
+const LISTEN_FOR: Duration = Duration::from_millis(100);
 
 /// How long the answer to its stop may take.
 const ANSWERED_WITHIN: Duration = Duration::from_secs(2);
 
-/// A client for which there is no place: it is heard for a moment, to stop the rig.
+/// A client for which there is no place: it is listened to for a moment, to stop the rig.
 #[derive(Debug)]
 pub(super) struct Newcomer {
     since: Instant,
@@ -61,9 +61,9 @@ impl Newcomer {
         !self.stops.get()
     }
 
-    /// Until it has been heard for long enough.
+    /// Until it has been listened to for long enough.
     pub(super) async fn over(&self) {
-        drop(tokio::time::timeout(HEARD_FOR, self.away.notified()).await);
+        drop(tokio::time::timeout(LISTEN_FOR, self.away.notified()).await);
         if self.stops.get() {
             tokio::time::sleep(ANSWERED_WITHIN).await;
         }
@@ -137,14 +137,14 @@ impl Places {
             .find(|newcomer| newcomer.is_silent())
             .cloned();
         if let Some(oldest) = oldest {
-            let heard_for = oldest.since.elapsed();
-            if heard_for < MIN_HEARING {
-                tokio::time::sleep(MIN_HEARING - heard_for).await;
+            let listened_for = oldest.since.elapsed();
+            if listened_for < MIN_LISTENING {
+                tokio::time::sleep(MIN_LISTENING - listened_for).await;
             }
             oldest.away.notify_one();
         }
         // Those who have asked for a stop have their answer soon.
-        drop(tokio::time::timeout(MIN_HEARING, self.left.notified()).await);
+        drop(tokio::time::timeout(MIN_LISTENING, self.left.notified()).await);
     }
 
     /// Gives a newcomer's place back.

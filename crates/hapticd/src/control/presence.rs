@@ -90,7 +90,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn each_loss_and_each_return_is_told_once() {
+    fn each_loss_and_each_return_is_reported_once() {
         let there = connected();
         let found = || Change::Found {
             firmware: "f".to_owned(),
@@ -117,7 +117,7 @@ pub(super) mod tests {
         assert_eq!(presence.compare(&there, 4), []);
         presence.read();
         assert_eq!(presence.compare(&there, 4), [found()]);
-        assert!(presence.lost(), "the next loss is told as well");
+        assert!(presence.lost(), "the next loss is reported as well");
         // The loop reads the next connection before the link is looked at.
         presence.read();
         assert_eq!(presence.compare(&there, 5), [found()]);

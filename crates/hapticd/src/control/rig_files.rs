@@ -77,7 +77,7 @@ impl Origin {
         }
     }
 
-    /// Whether a device said the same of itself, whenever that was.
+    /// Whether a device reported the same of itself, whenever that was.
     pub(super) fn is_of_the_same(&self, then: &Self) -> bool {
         let now = Self {
             time_unix_s: then.time_unix_s,
@@ -342,7 +342,7 @@ pub(in crate::control) mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_and_what_is_none_of_it_is_told() {
+    fn a_record_is_read_back_and_other_files_are_refused() {
         let directory = tempfile::tempdir().expect("a directory");
         let folder = RigFolder::new("commissioned", "What was found.");
         let path = folder.path_of(directory.path(), "usb-1209:0001-../../etc/x");
@@ -381,7 +381,7 @@ pub(in crate::control) mod tests {
     }
 
     #[test]
-    fn a_rig_that_is_another_now_is_told_by_what_has_changed() {
+    fn a_changed_rig_is_reported_by_what_has_changed() {
         let difference = |device: &ConnectedDevice| origin().difference(device);
         assert_eq!(difference(&device()), None);
         let nearly = ConnectedDevice {

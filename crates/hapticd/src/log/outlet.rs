@@ -101,8 +101,8 @@ impl Outlet {
         let is_blocked = writing_since_ms != 0
             && u128::from(queue.now_ms().saturating_sub(writing_since_ms)) > blocked_after.as_millis();
         // The notice of lost lines counts as well.
-        let is_told = queue.lost.load(SeqCst) == 0 || matches!(queue.backlog, Backlog::Newest);
-        let is_done = queue.done.load(SeqCst) == queue.enqueued.load(SeqCst) && is_told;
+        let is_reported = queue.lost.load(SeqCst) == 0 || matches!(queue.backlog, Backlog::Newest);
+        let is_done = queue.done.load(SeqCst) == queue.enqueued.load(SeqCst) && is_reported;
         !is_blocked && !is_done
     }
 }
@@ -156,7 +156,7 @@ mod tests {
     use super::*;
     use std::io::{BufRead, BufReader};
 
-    fn told(lost: u64) -> String {
+    fn notice(lost: u64) -> String {
         format!("{lost} lost\n")
     }
 
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn log_lines_lost_to_an_unread_pipe_are_counted_and_reported() {
         let (reader, writer) = std::io::pipe().expect("a pipe");
-        let outlet = Outlet::start("log", writer, Backlog::Oldest(4), told).expect("a thread");
+        let outlet = Outlet::start("log", writer, Backlog::Oldest(4), notice).expect("a thread");
         // More than any pipe holds.
         let long = "x".repeat(2 * 1024 * 1024) + "\n";
         outlet.enqueue(long.clone());
@@ -190,8 +190,8 @@ mod tests {
 
         let mut lines = BufReader::new(reader).lines().map(|line| line.expect("text"));
         assert_eq!(lines.next().map(|line| line.len() + 1), Some(long.len()));
-        let told: Vec<String> = lines.by_ref().take(5).collect();
-        assert_eq!(told, ["0", "1", "2", "3", "6 lost"]);
+        let printed: Vec<String> = lines.by_ref().take(5).collect();
+        assert_eq!(printed, ["0", "1", "2", "3", "6 lost"]);
         outlet.enqueue("after\n".to_owned());
         assert_eq!(lines.next().as_deref(), Some("after"));
         wait_for("the end of it", || !outlet.is_busy(Duration::MAX));
@@ -220,7 +220,7 @@ mod tests {
     fn a_reader_that_has_gone_keeps_nobody() {
         let (reader, writer) = std::io::pipe().expect("a pipe");
         drop(reader);
-        let outlet = Outlet::start("log", writer, Backlog::Oldest(4), told).expect("a thread");
+        let outlet = Outlet::start("log", writer, Backlog::Oldest(4), notice).expect("a thread");
         outlet.enqueue("nobody reads this\n".to_owned());
         wait_for("the end of it", || !outlet.is_busy(Duration::MAX));
     }

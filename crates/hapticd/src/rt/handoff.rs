@@ -78,7 +78,7 @@ pub(crate) struct Stopped {
 pub(crate) enum StopConfirmation {
     /// It has its motor off.
     Confirmed,
-    /// It was sent the zero force, and has not said in time that its motor is off.
+    /// It was sent the zero force, and has not reported in time that its motor is off.
     Unconfirmed,
     /// No device was connected.
     NoDevice,

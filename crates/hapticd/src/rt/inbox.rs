@@ -1,4 +1,4 @@
-//! The way into the real-time thread: one ring, of which the loop takes all that is there at the beginning of each
+//! The path into the real-time thread: one ring, of which the loop takes all that is there at the beginning of each
 //! tick.
 //!
 //! Entries keep their order. The loop frees nothing: what it has no use for goes back through the

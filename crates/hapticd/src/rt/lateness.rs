@@ -1,4 +1,4 @@
-//! What becomes of a loop that is late: said, or a fault.
+//! What becomes of a loop that is late: a report, or a fault.
 
 use haptic_core::nearest::meant_or_semicolon;
 use std::collections::VecDeque;

@@ -1,5 +1,5 @@
-//! The way out of the real-time thread: one ring, with a record of every tick, the answers, scenes that are rendered no
-//! more, and the servo's state when it is asked for.
+//! The path out of the real-time thread: one ring, with a record of every tick, the answers, scenes that are rendered
+//! no more, and the servo's state when it is asked for.
 //!
 //! It is rtrb's, wait-free on both sides. When records find no room they are dropped and counted, and the count travels
 //! in the next one: records pushed plus records dropped are the ticks. They leave room for all else: an answer or a

@@ -95,7 +95,7 @@ fn the_last_command_of_a_loop_that_panics_is_zero_force() {
 }
 
 #[test]
-fn a_final_zero_that_the_device_does_not_take_is_told() {
+fn a_final_zero_that_the_device_does_not_take_is_reported() {
     let (End { panic, final_zero }, written_n) = panic_with_force(u64::MAX);
     assert!(panic.is_some() && written_n != 0.0);
     assert_eq!(final_zero, FinalZero::Unconfirmed);

@@ -295,15 +295,15 @@ mod tests {
 
     #[test]
     #[cfg(not(miri))]
-    fn timers_that_may_be_late_are_told() {
-        let told = std::thread::spawn(|| {
+    fn timers_that_may_be_late_are_reported() {
+        let thread = std::thread::spawn(|| {
             let (mut allowed, mut forbidden) = (RealTimeStatus::default(), RealTimeStatus::default());
             tighten_timers(&mut allowed);
             forbid(libc::SYS_prctl).ok()?;
             tighten_timers(&mut forbidden);
             Some((allowed.problems, forbidden.problems))
         });
-        let Some((allowed, forbidden)) = told.join().expect("it ends") else {
+        let Some((allowed, forbidden)) = thread.join().expect("it ends") else {
             test_run::skip("seccomp", "a kernel with it");
             return;
         };

@@ -229,11 +229,11 @@ impl<V: Space> Device<V> for Failing<V> {
 const PERIOD_NS: u64 = 1_000_000;
 
 fn compiled<V: Space>(scene: &Scene, revision: u64) -> CompiledScene<V> {
-    on_the_way(scene, scene, 0.0, revision)
+    ramped(scene, scene, 0.0, revision)
 }
 
 /// A scene that takes effect over a time, after another.
-fn on_the_way<V: Space>(from: &Scene, to: &Scene, ramp_s: f64, revision: u64) -> CompiledScene<V> {
+fn ramped<V: Space>(from: &Scene, to: &Scene, ramp_s: f64, revision: u64) -> CompiledScene<V> {
     CompiledScene::ramped(from, to, revision, Scheme::Exact, 1e-3, ramp_s).expect("a valid scene")
 }
 
@@ -322,11 +322,11 @@ impl UnpluggedNowAndThen {
         let directory = tempfile::tempdir().expect("a directory");
         let link = directory.path().join("rig");
         let over = Arc::new(AtomicBool::new(false));
-        let (to, told) = (link.clone(), Arc::clone(&over));
+        let (to, is_over) = (link.clone(), Arc::clone(&over));
         Self {
             link,
             over,
-            thread: Some(std::thread::spawn(move || Self::run(&to, &told))),
+            thread: Some(std::thread::spawn(move || Self::run(&to, &is_over))),
             _directory: directory,
         }
     }
@@ -343,20 +343,20 @@ impl UnpluggedNowAndThen {
                 terminal = None;
             }
             let now_ns = now_ns();
-            let mut said: Vec<FromDevice> = firmware.sample(now_ns).into_iter().collect();
+            let mut messages: Vec<FromDevice> = firmware.sample(now_ns).into_iter().collect();
             if let Some(terminal) = &mut terminal {
-                let heard = terminal.read(|bytes| {
+                let read = terminal.read(|bytes| {
                     for byte in bytes {
                         if let Some(Ok(message)) = decoder.push(*byte)
                             && let Ok(view) = View::whole(message)
                             && let Ok(message) = FromHost::read(view)
                         {
-                            said.extend(firmware.receive(message, now_ns));
+                            messages.extend(firmware.receive(message, now_ns));
                         }
                     }
                 });
-                heard.expect("the terminal is there");
-                for message in said {
+                read.expect("the terminal is there");
+                for message in messages {
                     let frame = Frame::of(message.bytes().as_slice());
                     terminal.write(frame.as_slice()).expect("the terminal is there");
                 }
@@ -453,8 +453,8 @@ fn watch<V: Space>(rig: Box<dyn Device<V>>, on_a_link: bool, seconds: u64) {
             revision += 1;
             let index = usize::try_from(revision).expect("few scenes") % scenes.len();
             inbox.post(match revision % 10 {
-                0 => on_the_way::<V>(&Scene::paper(), &heavy, 0.02, revision),
-                1 => on_the_way(&scenes[index], &drag, 0.02, revision),
+                0 => ramped::<V>(&Scene::paper(), &heavy, 0.02, revision),
+                1 => ramped(&scenes[index], &drag, 0.02, revision),
                 _ => compiled(&scenes[index], revision),
             });
             // A lease that has lapsed lets the force out; most of the time there is none.

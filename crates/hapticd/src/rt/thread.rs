@@ -54,7 +54,7 @@ impl ThreadSettings {
 /// How the thread ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct End {
-    /// What it said, where it panicked; otherwise it was asked to end.
+    /// Its message, where it panicked; otherwise it was asked to end.
     pub(crate) panic: Option<PanicMessage>,
     pub(crate) final_zero: FinalZero,
 }
@@ -87,11 +87,11 @@ pub(crate) fn keep_panics() {
 }
 
 thread_local! {
-    /// What the thread's panic said.
+    /// The message of the thread's panic.
     static PANICKED: Cell<PanicMessage> = const { Cell::new(PanicMessage::empty()) };
 }
 
-/// Where a panic was and what it said, in place and cut to its room: nothing is allocated for it.
+/// Where a panic was and its message, in place and cut to its room: nothing is allocated for it.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PanicMessage {
     bytes: [u8; Self::ROOM],
@@ -110,10 +110,10 @@ impl PanicMessage {
 
     fn of(panic: &PanicHookInfo<'_>) -> Self {
         let mut message = Self::empty();
-        let said = panic.payload_as_str().unwrap_or("a panic without a message");
+        let payload = panic.payload_as_str().unwrap_or("a panic without a message");
         let written = match panic.location() {
-            Some(location) => write!(message, "{location}: {said}"),
-            None => message.write_str(said),
+            Some(location) => write!(message, "{location}: {payload}"),
+            None => message.write_str(payload),
         };
         if written.is_err() {
             // What there was room for is there.

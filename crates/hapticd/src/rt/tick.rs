@@ -1,4 +1,4 @@
-//! The way of one sample, from the encoder to the motor: read, step the servo, write, record.
+//! The path of one sample, from the encoder to the motor: read, step the servo, write, record.
 //!
 //! ```text
 //! stop? inbox: scene, command? scheduled scene? -> device read -> Servo::step -> device write -> record, answers

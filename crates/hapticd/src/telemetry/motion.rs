@@ -15,21 +15,21 @@ const REST_NS: u64 = 30_000_000;
 /// Time after which a handle that still moves is moved by something other than the pulse, ns.
 const MAX_NS: u64 = 5_000_000_000;
 
-/// Time for which a way is taken as speed, ns; time after the force in which the handle may still gain speed, as a device
-/// acts late; and largest ratio of its speed from then on to that before: a handle that coasts gains none.
+/// Time for which a distance is taken as speed, ns; time after the force in which the handle may still gain speed, as a
+/// device acts late; and largest ratio of its speed from then on to that before: a handle that coasts gains none.
 const COAST_WINDOW_NS: u64 = 20_000_000;
 const LATE_NS: u64 = 30_000_000;
 const COAST: f64 = 1.25;
 
 /// Least travel from which friction is estimated, in counts and m: over less, the encoder's steps
 /// dominate.
-const MIN_WAY: (f64, f64) = (20.0, 5e-4);
+const MIN_TRAVEL: (f64, f64) = (20.0, 5e-4);
 
 /// Least travel that shows the direction of a force, in counts and m.
 const MIN_SIGN: (f64, f64) = (4.0, 2e-4);
 
-/// Way over which it is seen which motor of a linkage carries the hand, m: farther away it is another linkage, and the
-/// hand coasts as its friction lets it.
+/// Distance over which it is seen which motor of a linkage carries the hand, m: farther away it is another linkage, and
+/// the hand coasts as its friction lets it.
 const NEAR_M: f64 = 5e-3;
 
 /// Largest ratio of the path to the travel: a handle with a longer path has turned round, because
@@ -68,11 +68,11 @@ struct ObservedPulse {
     now_ns: u64,
     position_m: f64,
     end: Option<MotionEnd>,
-    /// Least way that shows the direction, m, by the rest before the force; infinite without one.
-    least_way_m: f64,
+    /// Least travel that shows the direction, m, by the rest before the force; infinite without one.
+    least_travel_m: f64,
     /// Whether the handle has rested without force for as long as the pulse takes.
     rests_for_long: bool,
-    /// The beginning of a window, ns and m, and the largest way in one while the handle is pushed, and later, m.
+    /// The beginning of a window, ns and m, and the largest travel in one while the handle is pushed, and later, m.
     coast: Option<(u64, f64)>,
     pushed_m: f64,
     coasted_m: f64,
@@ -185,7 +185,7 @@ impl Motion {
             now_ns: 0,
             position_m: 0.0,
             end: None,
-            least_way_m: f64::INFINITY,
+            least_travel_m: f64::INFINITY,
             rests_for_long: false,
             coast: None,
             pushed_m: 0.0,
@@ -207,7 +207,7 @@ impl Motion {
     /// It does not come to rest.
     pub(crate) fn rests_for(&self, wait: &mut Wait) -> Result<bool, String> {
         let most_m = at_least(REST, self.resolution_m);
-        wait.take(self.hand, &self.rest, most_m, self.least_way_m())
+        wait.take(self.hand, &self.rest, most_m, self.least_travel_m())
     }
 
     /// Whether the pulse has ended and the handle rests again.
@@ -227,19 +227,19 @@ impl Motion {
     pub(crate) fn end_pulse(&mut self, was_interrupted: bool, delay: Duration) -> Option<(PulseReport, bool)> {
         let pulse = self.pulse.take()?;
         self.rest.begin_alone(self.hand);
-        let (least_way_m, rests_for_long) = (pulse.least_way_m, pulse.rests_for_long);
+        let (least_travel_m, rests_for_long) = (pulse.least_travel_m, pulse.rests_for_long);
         let coasts = pulse.coasted_m > COAST * pulse.pushed_m + at_least(REST, self.resolution_m);
         let report = pulse.report(self.resolution_m, was_interrupted, delay);
         let is_confirmed = matches!(report.end, PulseEnd::Time | PulseEnd::Travel | PulseEnd::Speed)
-            && report.moved_m * report.force_n.signum() >= self.least_way_m()
-            && report.forward_m >= least_way_m
+            && report.moved_m * report.force_n.signum() >= self.least_travel_m()
+            && report.forward_m >= least_travel_m
             && rests_for_long
             && !coasts;
         Some((report, is_confirmed))
     }
 
     /// Least travel that shows the direction of a force, m.
-    pub(crate) fn least_way_m(&self) -> f64 {
+    pub(crate) fn least_travel_m(&self) -> f64 {
         at_least(MIN_SIGN, self.resolution_m)
     }
 }
@@ -268,8 +268,8 @@ impl ObservedPulse {
     /// A force flows now, after a rest.
     fn begin_force(&mut self, rest: &Rest, resolution_m: f64) {
         if self.first_force_ns.is_none() {
-            let way_m = rest.least_way_m(self.shape.duration_s(), resolution_m);
-            self.least_way_m = way_m.unwrap_or(f64::INFINITY);
+            let travel_m = rest.least_travel_m(self.shape.duration_s(), resolution_m);
+            self.least_travel_m = travel_m.unwrap_or(f64::INFINITY);
         }
     }
 
@@ -328,7 +328,7 @@ impl ObservedPulse {
     fn is_over(&self) -> bool {
         let Some((_, from_ns)) = self.from else { return false };
         // A pulse that has moved nothing shows nothing, and needs no rest.
-        let rests = self.rests() && (self.forward_m < self.least_way_m || self.rests_for_long);
+        let rests = self.rests() && (self.forward_m < self.least_travel_m || self.rests_for_long);
         self.end.is_some() && (rests || self.now_ns - from_ns > MAX_NS)
     }
 
@@ -353,7 +353,7 @@ impl ObservedPulse {
         };
         let is_sound = matches!(end, PulseEnd::Time | PulseEnd::Travel | PulseEnd::Speed)
             && self.rests()
-            && moved_m.abs() >= at_least(MIN_WAY, resolution_m)
+            && moved_m.abs() >= at_least(MIN_TRAVEL, resolution_m)
             && self.path_m <= STRAIGHT * moved_m.abs();
         let friction_n = is_sound.then(|| self.work_j / self.path_m);
         let mass = friction_n.and_then(|_| {
@@ -434,7 +434,7 @@ mod tests {
     }
 
     #[test]
-    fn friction_is_the_work_by_the_way() {
+    fn friction_is_the_work_by_the_distance() {
         let (motion, report, is_confirmed) = pushed(1.0, false);
         let friction_n = report.friction_n.expect("it moved");
         assert!((friction_n - 0.5).abs() < 0.01, "{report:?}");
@@ -447,7 +447,7 @@ mod tests {
     }
 
     #[test]
-    fn the_wrong_way_is_told_and_a_gap_tells_nothing() {
+    fn the_wrong_way_is_reported_and_a_gap_shows_nothing() {
         let (_, report, is_confirmed) = pushed(-1.0, false);
         assert_eq!((report.end, report.friction_n), (PulseEnd::WrongWay, None));
         assert!(!is_confirmed);

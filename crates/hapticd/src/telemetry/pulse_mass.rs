@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 /// Window over which the speed is taken, ns.
 const SPEED_WINDOW_NS: u64 = 10_000_000;
 
-/// Least way within that window, in counts, and least share of the motor's work that is in the motion then: below, the
-/// encoder or the friction says more than the mass.
+/// Least distance within that window, in counts, and least share of the motor's work that is in the motion then: below,
+/// the encoder or the friction says more than the mass.
 const MIN_COUNTS: f64 = 20.0;
 const MIN_SHARE: f64 = 0.3;
 
@@ -79,9 +79,9 @@ fn with_delay(ticks: &[Seen], delay_ns: u64, resolution_m: f64) -> Option<(f64, 
             if time_ns < SPEED_WINDOW_NS {
                 break;
             }
-            let way_m = at.path_m - from.path_m;
-            if way_m > fastest_m {
-                (fastest_m, fastest_ns) = (way_m, time_ns);
+            let distance_m = at.path_m - from.path_m;
+            if distance_m > fastest_m {
+                (fastest_m, fastest_ns) = (distance_m, time_ns);
                 fastest = halfway(&window, from.device_ns + time_ns / 2)?;
             }
             window.pop_front();
@@ -93,7 +93,7 @@ fn with_delay(ticks: &[Seen], delay_ns: u64, resolution_m: f64) -> Option<(f64, 
     let speed_mps = fastest_m / (fastest_ns as f64 * 1e-9);
     let tells = fastest_m >= MIN_COUNTS * resolution_m && fastest_m > 0.0 && motion_j >= MIN_SHARE * fastest.work_j;
     let kg = 2.0 * motion_j / (speed_mps * speed_mps);
-    // Each of both ends of a way may be off by half a step.
+    // Each of both ends of a distance may be off by half a step.
     let of_speed = 2.0 * resolution_m / fastest_m;
     let of_work = resolution_m / fastest.path_m * (fastest.work_j + friction_j) / motion_j;
     tells.then_some((kg, kg * (of_speed + of_work)))
@@ -186,10 +186,10 @@ mod tests {
     prop_compose! {
         fn rig()(
             mass_kg in within(0.02, 3.0), friction_n in within(0.02, 0.8), beyond in 1.5..1.9_f64,
-            resolution_m in within(1e-5, 1e-4), round_trip in 50..200_usize, way_down in 10..90_usize,
+            resolution_m in within(1e-5, 1e-4), round_trip in 50..200_usize, share_down in 10..90_usize,
             phase in 0..STEPS_OF_A_TICK,
         ) -> Rig {
-            let down = round_trip * way_down / 100;
+            let down = round_trip * share_down / 100;
             let force_n = (beyond * friction_n.max(0.2)).min(2.0);
             Rig { mass_kg, friction_n, force_n, resolution_m, down, up: round_trip - down, phase }
         }
@@ -202,8 +202,8 @@ mod tests {
         fn interval_of_a_mass_holds_it(rig in rig()) {
             // The encoder is read, and the command of a tick is taken, up to a tick later.
             let delay_ns = ((rig.down + rig.up + STEPS_OF_A_TICK) * 20_000) as u64;
-            let told = mass_within(&pushed(rig), delay_ns, rig.resolution_m);
-            if let Some((kg, half_width_kg)) = told {
+            let found = mass_within(&pushed(rig), delay_ns, rig.resolution_m);
+            if let Some((kg, half_width_kg)) = found {
                 prop_assert!(
                     (kg - rig.mass_kg).abs() <= half_width_kg,
                     "{kg} kg within {half_width_kg} of {rig:?}"
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn light_mass_is_told_within_a_tenth() {
+    fn light_mass_is_measured_within_a_tenth() {
         let rig = Rig {
             mass_kg: 0.02,
             friction_n: 0.1,
@@ -223,7 +223,7 @@ mod tests {
             up: 50,
             phase: 10,
         };
-        let (kg, half_width_kg) = mass_within(&pushed(rig), 3_000_000, rig.resolution_m).expect("told");
+        let (kg, half_width_kg) = mass_within(&pushed(rig), 3_000_000, rig.resolution_m).expect("measured");
         assert!(
             (kg - 0.02).abs() <= half_width_kg && half_width_kg < 0.1 * kg,
             "{kg} kg within {half_width_kg}"

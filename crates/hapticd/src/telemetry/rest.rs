@@ -1,8 +1,8 @@
 //! Whether the handle rests while no force flows: only then does its motion under a pulse show the pulse's direction.
 //!
 //! A hand that moves the handle along a sine, and lies within a range r for twice the time of a pulse, moves it by at
-//! most 3 r in the pulse: around a turning point the way grows with the square of time, `(1 + 1)^2 - 1`. A faster sine
-//! turns within that time, and moves it by at most 2 r.
+//! most 3 r in the pulse: around a turning point the distance grows with the square of time, `(1 + 1)^2 - 1`. A faster
+//! sine turns within that time, and moves it by at most 2 r.
 
 use haptic_core::planar::Plane;
 use std::collections::VecDeque;
@@ -10,7 +10,8 @@ use std::collections::VecDeque;
 /// Range in which a handle at rest is seen, in counts and m: noise of its encoder.
 pub(super) const REST: (f64, f64) = (4.0, 2e-5);
 
-/// Least way of a pulse, as a multiple of the range in which the handle lay before and a count: twice what a sine does.
+/// Least travel of a pulse, as a multiple of the range in which the handle lay before and a count: twice what a sine
+/// does.
 const OF_REST: f64 = 6.0;
 
 /// Time for which the handle must rest before a pulse, as a multiple of the pulse's.
@@ -112,9 +113,9 @@ impl Rest {
         extents.reduce(Extent::and).map(|extent| extent.length_m())
     }
 
-    /// Least way, m, in a pulse of a duration, s, that begins now, which nothing but the pulse can make on an encoder
-    /// of this resolution, m; `None` where the handle has not rested for long enough.
-    pub(super) fn least_way_m(&self, pulse_s: f64, resolution_m: f64) -> Option<f64> {
+    /// Least travel, m, in a pulse of a duration, s, that begins now, which nothing but the pulse can make on an
+    /// encoder of this resolution, m; `None` where the handle has not rested for long enough.
+    pub(super) fn least_travel_m(&self, pulse_s: f64, resolution_m: f64) -> Option<f64> {
         Some(OF_REST * (self.range_m(OF_PULSE * pulse_s)? + resolution_m))
     }
 }
@@ -140,11 +141,11 @@ impl Wait {
     }
 
     /// Takes in where the hand is, m; returns whether the wait is over. At rest it lies within `most_m`, and since the
-    /// pulse before it has moved less than `least_way_m`.
+    /// pulse before it has moved less than `least_travel_m`.
     ///
     /// # Errors
     /// The handle does not come to rest.
-    pub(super) fn take(&mut self, hand: Plane, rest: &Rest, most_m: f64, least_way_m: f64) -> Result<bool, String> {
+    pub(super) fn take(&mut self, hand: Plane, rest: &Rest, most_m: f64, least_travel_m: f64) -> Result<bool, String> {
         let (began_ns, extent) = self.seen.unwrap_or((rest.now_ns, Extent::of(hand)));
         let extent = extent.with(hand);
         self.seen = Some((began_ns, extent));
@@ -152,7 +153,7 @@ impl Wait {
         #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a wait")]
         let has_paused = waited_ns as f64 >= self.pause_ns;
         let rests = rest.range_m(self.rest_s).is_some_and(|range_m| range_m <= most_m);
-        let moved = rest.alone.filter(|(_, extent)| extent.length_m() >= least_way_m);
+        let moved = rest.alone.filter(|(_, extent)| extent.length_m() >= least_travel_m);
         let moved = moved.or_else(|| (waited_ns > PATIENCE_NS && !rests).then_some((began_ns, extent)));
         match moved {
             None => Ok(rests && has_paused),

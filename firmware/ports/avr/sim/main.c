@@ -39,7 +39,7 @@ static struct plant plant = {
     .hand = { .amplitude_m = 0.03, .frequency_hz = 0.5, .stiffness_n_per_m = 400.0, .damping_ns_per_m = 20.0 },
 };
 static double motor_force_n, largest_force_n, sum_of_force_n;
-static uint64_t steps_counted, lags, last_heard;
+static uint64_t steps_counted, lags, last_received;
 static long patience_ms;
 static double stats_at_s = INFINITY;
 static FILE *log_file;
@@ -57,8 +57,8 @@ static void on_signal(int signal)
 static void wait_for_host(int line)
 {
     if (board_is_receiving())
-        last_heard = board_cycle();
-    if (patience_ms == 0 || (board_cycle() - last_heard) * 1000 < (uint64_t)patience_ms * BOARD_HZ)
+        last_received = board_cycle();
+    if (patience_ms == 0 || (board_cycle() - last_received) * 1000 < (uint64_t)patience_ms * BOARD_HZ)
         return;
     struct pollfd host = { .fd = line, .events = POLLIN };
     poll(&host, 1, 10);
@@ -72,7 +72,7 @@ static void exchange(int line)
     ssize_t got = room > 0 ? read(line, bytes, room) : 0;
     if (got > 0) {
         board_send(bytes, (size_t)got);
-        last_heard = board_cycle();
+        last_received = board_cycle();
     }
     size_t length = board_receive(bytes, sizeof bytes);
     if (length > 0 && write(line, bytes, length) < 0 && errno != EAGAIN)
@@ -160,7 +160,7 @@ static void obey(const char *order)
         is_done = board_hang(order + 5);
     else if (strncmp(order, "patience ", 9) == 0) {
         patience_ms = atol(order + 9);
-        last_heard = board_cycle();
+        last_received = board_cycle();
     }
     else if (strcmp(order, "reset") == 0)
         board_reset();

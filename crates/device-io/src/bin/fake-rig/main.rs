@@ -10,7 +10,7 @@ use device_io::fake::{
 };
 use device_io::now_ns;
 use device_io::protocol::message::{DeviceHello, ErrorCode, FromDevice, FromHost};
-use messages::{Heard, Messages};
+use messages::{Messages, Received};
 use plant::PlantOptions;
 use std::fs::File;
 use std::io::{self, Write as _};
@@ -133,7 +133,7 @@ fn main() -> ExitCode {
 }
 
 /// A line of the file of commands, of a message at a time, ns.
-fn as_told(message: FromHost, now_ns: u64) -> Option<String> {
+fn line_of(message: FromHost, now_ns: u64) -> Option<String> {
     let (sequence, force_mn, second_mn, enabled) = match message {
         FromHost::Hello { .. } => return None,
         FromHost::Command {
@@ -287,17 +287,17 @@ impl Rig {
     }
 
     fn receive(&mut self, frame: &[u8], now: u64) {
-        for heard in self.messages.decode(frame, self.firmware.axes()) {
-            let answer = match heard {
-                Heard::Message(message) => {
-                    if let (Some(file), Some(told)) = (&mut self.commands, as_told(message, now))
-                        && let Err(error) = file.write_all(told.as_bytes())
+        for received in self.messages.decode(frame, self.firmware.axes()) {
+            let answer = match received {
+                Received::Message(message) => {
+                    if let (Some(file), Some(line)) = (&mut self.commands, line_of(message, now))
+                        && let Err(error) = file.write_all(line.as_bytes())
                     {
                         eprintln!("fake-rig: a command was not written down: {error}");
                     }
                     self.firmware.receive(message, now)
                 }
-                Heard::Bad(detail) => Some(FromDevice::Error {
+                Received::Bad(detail) => Some(FromDevice::Error {
                     code: ErrorCode::BadMessage,
                     detail,
                 }),

@@ -5,16 +5,16 @@ use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::FromHost;
 use device_io::protocol::view::{Axes, Kind, View, ViewError};
 
-/// What a host has said.
+/// What was received from a host.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Heard {
+pub(crate) enum Received {
     /// A message.
     Message(FromHost),
     /// What is no message of a host, as the detail of the complaint: kind, version and length.
     Bad(u32),
 }
 
-impl Heard {
+impl Received {
     /// What bytes say by their view. Nothing for a message of a device: that is an echo on the line, and an answer to
     /// it would come back as well.
     fn read(bytes: &[u8], view: Result<View<'_>, ViewError>) -> Option<Self> {
@@ -45,17 +45,17 @@ impl Messages {
     }
 
     /// What a frame says.
-    pub(crate) fn decode(&mut self, frame: &[u8], axes: Axes) -> Vec<Heard> {
+    pub(crate) fn decode(&mut self, frame: &[u8], axes: Axes) -> Vec<Received> {
         if self.is_hid {
-            return Heard::read(frame, View::padded(frame, axes)).into_iter().collect();
+            return Received::read(frame, View::padded(frame, axes)).into_iter().collect();
         }
-        let mut heard = Vec::new();
+        let mut received = Vec::new();
         for &byte in frame {
             if let Some(Ok(message)) = self.from_host.push(byte) {
-                heard.extend(Heard::read(message, View::whole(message)));
+                received.extend(Received::read(message, View::whole(message)));
             }
         }
-        heard
+        received
     }
 
     /// The frame for a message's bytes.

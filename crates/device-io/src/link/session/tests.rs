@@ -118,7 +118,7 @@ fn measurement_includes_buttons_and_reported_motor_state() {
         let Some(FromDevice::Sample(sample)) = pair.firmware.sample(pair.now_ns) else {
             panic!("a sample");
         };
-        // A device whose motor went off by itself has not heard the order.
+        // A device whose motor went off by itself has not received the order.
         let command = sample.command - u32::from(command_lost);
         let sample = DeviceSample {
             buttons,
@@ -176,23 +176,23 @@ fn a_jump_of_the_sequence_is_one_jump_and_nothing_is_lost_by_it() {
 }
 
 #[test]
-fn a_motor_that_is_off_though_it_should_be_on_is_told() {
+fn a_motor_that_is_off_though_it_should_be_on_is_reported() {
     let mut pair = Pair::new();
     for _ in 0..10 {
         pair.tick(1.0, true).expect("it is there");
     }
     // The host's commands do not come through any more: the watchdog bites.
-    let mut told = None;
+    let mut reported = None;
     for k in 1..=60 {
         pair.now_ns += MS;
         if let Some(sample) = pair.firmware.sample(pair.now_ns) {
             pair.session.take(Ok(sample), pair.now_ns);
         }
         if let Err(error) = pair.session.measurement(pair.now_ns) {
-            told.get_or_insert((k, error));
+            reported.get_or_insert((k, error));
         }
     }
-    assert_eq!(told, Some((50, DeviceError::MotorOff { watchdog: true })));
+    assert_eq!(reported, Some((50, DeviceError::MotorOff { watchdog: true })));
     assert_eq!(pair.firmware.force_n(), 0.0);
     // Released and enabled again it is well.
     pair.send(0.0, false);
@@ -241,7 +241,7 @@ fn a_silent_device_is_given_up_and_a_failing_one_says_why() {
         "its position sensor fails, or the handle moved faster than its encoder can follow (code 2, detail 17 = 0x11)"
     );
     let silent_ns = pair.now_ns + SILENCE_NS;
-    assert!(pair.session.measurement(silent_ns).is_ok(), "told once");
+    assert!(pair.session.measurement(silent_ns).is_ok(), "reported once");
     assert_eq!(pair.session.measurement(silent_ns + 1), Err(DeviceError::Disconnected));
 }
 

@@ -69,7 +69,7 @@ pub struct StickSlip {
     pub mean_force_n: f64,
 }
 
-/// Why there is no stick-slip to be told.
+/// Why there is no stick-slip to be reported.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StickSlipError {
     /// The contact gives way, or nothing pulls it.

@@ -36,7 +36,7 @@ impl Meter {
         }
     }
 
-    /// Comes to a speed, m/s, over next to no way: so that what the trapezoid rule takes of a step
+    /// Comes to a speed, m/s, over next to no distance: so that what the trapezoid rule takes of a step
     /// of force is nothing.
     fn come_to(&mut self, speed: f64) {
         if self.speed * speed <= 0.0 && self.speed != 0.0 {
@@ -45,13 +45,16 @@ impl Meter {
         self.go(1e-13 * speed.signum(), speed);
     }
 
-    /// Goes on to a speed, m/s, over a way, m.
-    fn go(&mut self, way: f64, speed: f64) {
+    /// Goes on to a speed, m/s, over a distance, m.
+    fn go(&mut self, distance: f64, speed: f64) {
         let mean = 0.5 * (self.speed + speed);
-        self.place += way;
+        self.place += distance;
         let before = self.force;
-        self.force = self.surface.tick((way / mean).abs(), self.place, speed).coupling_force;
-        self.taken += 0.5 * (before + self.force) * way;
+        self.force = self
+            .surface
+            .tick((distance / mean).abs(), self.place, speed)
+            .coupling_force;
+        self.taken += 0.5 * (before + self.force) * distance;
         self.least = self.least.min(self.taken);
         self.speed = speed;
     }
@@ -82,15 +85,15 @@ fn scene(law: &str, [held, kinetic, sigma1, drag, velocity]: [f64; 5], direction
     scene.with(&changes).expect("a valid scene")
 }
 
-/// The least that is taken by a load (N) at 1 um/s and a burst of such a speed (m/s) and way (m).
-fn torn(scene: &Scene, load: f64, burst: f64, way: f64, direction: f64) -> f64 {
+/// The least that is taken by a load (N) at 1 um/s and a burst of such a speed (m/s) and distance (m).
+fn torn(scene: &Scene, load: f64, burst: f64, distance: f64, direction: f64) -> f64 {
     let mut meter = Meter::new(scene);
     for _ in 0..500 {
         meter.go(direction * 4.0 * load / STIFFNESS / 500.0, direction * 1e-6);
     }
     meter.come_to(direction * burst);
     for _ in 0..500 {
-        meter.go(direction * way / 500.0, direction * burst);
+        meter.go(direction * distance / 500.0, direction * burst);
     }
     meter.least
 }
@@ -115,26 +118,27 @@ proptest! {
         let of_drag = |drag| scene(law, [ratio * kinetic, kinetic, sigma1, drag, velocity], direction);
         let bound = bound(&of_drag(0.0), direction);
         prop_assert!((bound - sigma1 * (ratio - 1.0)).abs() < 1e-9 * bound);
-        let (way, load) = (kinetic / STIFFNESS, ratio * kinetic);
+        let (distance, load) = (kinetic / STIFFNESS, ratio * kinetic);
         let least = |drag: f64| {
             let scene = of_drag(drag);
             let bursts = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
-            let ways = [0.05, 0.1, 0.2, 0.5, 1.0];
-            let torn = bursts.iter().flat_map(|burst| ways.map(|share| torn(&scene, load, *burst, share * way, direction)));
+            let shares = [0.05, 0.1, 0.2, 0.5, 1.0];
+            let by_share = |burst: f64| shares.map(|share| torn(&scene, load, burst, share * distance, direction));
+            let torn = bursts.iter().flat_map(|burst| by_share(*burst));
             torn.fold(f64::INFINITY, f64::min)
         };
         let (inside, outside) = (least(bound * (1.0 + 1e-6)), least(0.8 * bound));
         prop_assert!(inside > -1e-9, "inside {inside} J");
         prop_assert!(outside < -1e-6, "outside {outside} J");
         let mut meter = Meter::new(&of_drag(bound));
-        let mut ways = random(seed);
+        let mut shares = random(seed);
         for _ in 0..400 {
-            let share = ways.next().expect("endless");
+            let share = shares.next().expect("endless");
             // Fine enough for the trapezoid rule.
-            let speed = share.signum() * 10_f64.powf(3.0 * ways.next().expect("endless") - 3.0);
+            let speed = share.signum() * 10_f64.powf(3.0 * shares.next().expect("endless") - 3.0);
             meter.come_to(speed);
             for _ in 0..50 {
-                meter.go(share * way / 50.0, speed);
+                meter.go(share * distance / 50.0, speed);
             }
         }
         prop_assert!(meter.least > -1e-9, "at random {} J", meter.least);

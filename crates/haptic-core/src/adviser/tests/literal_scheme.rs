@@ -41,7 +41,7 @@ fn is_irregular(scene: &Scene, scheme: Scheme, speed: f64) -> bool {
 }
 
 /// What the adviser says of it.
-fn said(scene: &Scene, scheme: Scheme) -> (f64, f64) {
+fn predicted(scene: &Scene, scheme: Scheme) -> (f64, f64) {
     let findings = advise(
         scene,
         scheme,
@@ -64,7 +64,7 @@ fn literal(substeps: u32) -> Scheme {
 #[test]
 fn each_direction_brakes_its_own_step_of_the_cycle() {
     let scene = scene(&[("Fs+", 4.0), ("Fd+", 4.0), ("Fs-", 1.0), ("Fd-", 1.0)]);
-    let (speed, _) = said(&scene, Scheme::LITERAL);
+    let (speed, _) = predicted(&scene, Scheme::LITERAL);
     assert!((speed - 2.5 / 4.0 * 4.0921e-3).abs() < 5e-8, "{speed}");
     let (simulated, _) = trembles(&scene, Scheme::LITERAL, (0.0, 0.3));
     assert!((simulated / speed - 1.0).abs() < 1e-6, "{simulated} for {speed}");
@@ -74,7 +74,7 @@ fn each_direction_brakes_its_own_step_of_the_cycle() {
 fn a_threshold_ends_the_cycle_only_from_its_speed_on() {
     for (threshold, trembling) in [(4.0e-3, true), (4.2e-3, false)] {
         let scene = scene(&[("Fs", 4.0), ("Fd", 4.0), ("DV", threshold)]);
-        assert_eq!(said(&scene, Scheme::LITERAL).0 > 0.0, trembling, "{threshold}");
+        assert_eq!(predicted(&scene, Scheme::LITERAL).0 > 0.0, trembling, "{threshold}");
         // From the cycle itself.
         let (simulated, _) = trembles(&scene, Scheme::LITERAL, (0.5 * T * 4.0921e-3, 4.0921e-3));
         assert_eq!(simulated > 0.0, trembling, "{threshold}: {simulated}");
@@ -86,7 +86,7 @@ fn an_even_number_of_steps_hides_the_ripple() {
     let scene = scene(&[("Fs", 4.0), ("Fd", 4.0)]);
     for (substeps, felt) in [(1, true), (2, false), (3, true), (10, false)] {
         let ((speed, ripple), (fastest, span)) = (
-            said(&scene, literal(substeps)),
+            predicted(&scene, literal(substeps)),
             trembles(&scene, literal(substeps), (0.0, 0.3)),
         );
         assert!(
@@ -132,7 +132,7 @@ proptest! {
     })]
 
     #[test]
-    fn the_block_trembles_as_much_as_is_said(
+    fn the_block_trembles_as_much_as_is_predicted(
         mass in 0.05..2.0f64, stiffness in 500.0..5e4f64, damping in 5.0..30.0f64,
         kinetic in (0.5..5.0f64, 0.5..5.0f64), more in (0.0..6.0f64, 0.0..6.0f64), viscous in (0.0..10.0f64, 0.0..10.0f64),
         velocity in prop_oneof![Just(0.0), (-3.5..0.0f64).prop_map(|e| 10_f64.powf(e))],
@@ -147,7 +147,7 @@ proptest! {
         ]);
         let least = find(&advise(&scene, literal(substeps), &super::RIG), Check::LeastMass).bound;
         prop_assume!(mass > 1.2 * least);
-        let (speed, ripple) = said(&scene, literal(substeps));
+        let (speed, ripple) = predicted(&scene, literal(substeps));
         let irregular = is_irregular(&scene, literal(substeps), speed);
         // A swing may have a cycle beside it.
         let start = speed * if irregular { 1.01 } else { start };

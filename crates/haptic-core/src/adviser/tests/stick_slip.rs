@@ -59,18 +59,18 @@ fn pulled(scene: &Scene, velocity: f64) -> (f64, f64) {
     let mut renderer = Renderer::new(scene, Scheme::Exact, tick_s).expect("a valid scene");
     renderer.start_at(0.0, 0.0);
     renderer.tick(1e3, 0.0, 0.0);
-    let (mut heard, mut sum, mut count) = (Breakaways::default(), 0.0, 0.0);
+    let (mut breakaways, mut sum, mut count) = (Breakaways::default(), 0.0, 0.0);
     let ticks = 40_000;
     for tick in 1..=ticks {
-        heard.from_s = f64::from(tick - 1) * tick_s;
+        breakaways.from_s = f64::from(tick - 1) * tick_s;
         let force = renderer
-            .tick_with_events(tick_s, velocity * f64::from(tick) * tick_s, velocity, &mut heard)
+            .tick_with_events(tick_s, velocity * f64::from(tick) * tick_s, velocity, &mut breakaways)
             .coupling_force;
         if tick > ticks / 2 {
             (sum, count) = (sum + force, count + 1.0);
         }
     }
-    let late: Vec<f64> = heard.at_s.into_iter().filter(|at| *at > 20.0).collect();
+    let late: Vec<f64> = breakaways.at_s.into_iter().filter(|at| *at > 20.0).collect();
     let frequency = match late.as_slice() {
         [first, .., last] => (late.len() - 1) as f64 / (last - first),
         _ => 0.0,

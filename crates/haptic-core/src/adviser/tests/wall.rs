@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 const T: f64 = 1e-3;
 
-/// Energy, J, that the wall, the rig's damping and its friction take from a hand on a way (m) from
+/// Energy, J, that the wall, the rig's damping and its friction take from a hand on a path (m) from
 /// place to place, each a sample and so many periods of delay before its force; the least of all
 /// moments.
 fn taken(scene: &Scene, rig: &RigFacts, delay: usize, places: impl Iterator<Item = f64>) -> f64 {
@@ -33,8 +33,8 @@ fn taken(scene: &Scene, rig: &RigFacts, delay: usize, places: impl Iterator<Item
         let sample = counted(here);
         forces.insert(0, wall.tick(T, sample, (sample - last) / T).coupling_force);
         last = sample;
-        let way: f64 = next - here;
-        taken += forces.pop().expect("one is kept") * way + rig.damping * way * way / T + rig.friction * way.abs();
+        let step: f64 = next - here;
+        taken += forces.pop().expect("one is kept") * step + rig.damping * step * step / T + rig.friction * step.abs();
         least = f64::min(least, taken);
         here = next;
     }
@@ -54,7 +54,7 @@ fn to_and_fro(periods: i32) -> impl Iterator<Item = f64> {
     })
 }
 
-/// A hand that goes anywhere, by at most such a way (m) a period.
+/// A hand that goes anywhere, by at most such a distance (m) a period.
 fn anywhere(seed: u64, most: f64) -> impl Iterator<Item = f64> {
     random(seed).take(400).scan(0.0, move |place, share| {
         *place += share * most;

@@ -1,9 +1,9 @@
 //! The elasto-plastic bristle with Stribeck's fall on the device itself.
 //!
 //! With `u = F/g` there are three regions: elastic up to `u = f`, where the force grows with the
-//! way; yielding up to 1, where a power series is followed from one piece to the next; and LuGre's
+//! distance; yielding up to 1, where a power series is followed from one piece to the next; and LuGre's
 //! flow beyond. Where the curve has fallen, the yielding region is the master path. Along a leg the
-//! curve goes one way, so that each border is crossed at most once either way: `g` over the way is
+//! curve goes one way, so that each border is crossed at most once either way: `g` over the distance is
 //! convex, and the slope of `u` at `u = 1` has the sign of its fall.
 
 use super::leg::Leg;

@@ -3,8 +3,8 @@
 use crate::directional::Direction;
 use crate::math::sqrt;
 
-/// A way in one direction, along which the speed grows or falls evenly with time, so that its
-/// square does so with the way. The distance and the speeds say all; the duration is for what
+/// A path in one direction, along which the speed grows or falls evenly with time, so that its
+/// square does so with the distance. The distance and the speeds say all; the duration is for what
 /// happens at rest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Leg {

@@ -1,5 +1,5 @@
-//! The master path of a law whose deflection follows the way alone, `du/dX = rate(u)`: `u` is the
-//! deflection over that of steady motion, `X` the way in the same unit. Every motion in one
+//! The master path of a law whose deflection follows the distance alone, `du/dX = rate(u)`: `u` is the
+//! deflection over that of steady motion, `X` the distance in the same unit. Every motion in one
 //! direction is a part of the one curve `u(X)`, which is compiled with the scene: power series in
 //! cells whose widths keep each series right to rounding. A tick is then a sum, a look-up and a
 //! polynomial, whatever the law.

@@ -166,10 +166,10 @@ impl<M: MasterLaw> DeviceContact for PathBristle<M> {
         };
         let from = place;
         place.at += distance * (self.stiffness / limit);
-        let on_the_way = place.at;
+        let at_end = place.at;
         let u = self.path.at(&mut place.at, &mut place.cell);
         if E::LISTENS {
-            let work = self.path.work(on_the_way, place.cell) - self.path.work(from.at, from.cell);
+            let work = self.path.work(at_end, place.cell) - self.path.work(from.at, from.cell);
             let before = sign * self.force / limit;
             let stored = 0.5 * (u - before) * (u + before);
             meter.take(limit * limit / self.stiffness * (work - stored));

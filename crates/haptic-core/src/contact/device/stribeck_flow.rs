@@ -1,6 +1,6 @@
 //! Stribeck's curve along a leg, and the flow of a bristle at it, `dF/dx = sigma (1 - F/g)`.
 //!
-//! The square of the speed goes evenly with the way, so `y = (v/ws)^2` does, and `g = Fd + (Fs -
+//! The square of the speed goes evenly with the distance, so `y = (v/ws)^2` does, and `g = Fd + (Fs -
 //! Fd) e^-y`. The exponent of the flow, `q = sigma integral dx/g` over what is left of the leg, is
 //! then a logarithm, and the force at the end an integral of `e^-q`, which Gauss's nodes give.
 
@@ -141,7 +141,7 @@ const FORGOTTEN: f64 = 38.0;
 /// A panel's widest extent in `y` near rest: the curve's poles lie pi beside the real axis, which
 /// leaves twelve nodes an error of 1e-13 of the fall. Farther along the curve they are farther off.
 const WIDEST: f64 = 4.0;
-/// Extent of a panel over the way in `y` from the poles to its slower end.
+/// Extent of a panel over the distance in `y` from the poles to its slower end.
 const WIDENING: f64 = 1.5;
 /// A panel's greatest extent in `q`.
 const MAX_EXTENT: f64 = 8.0;
@@ -151,7 +151,7 @@ const NARROWEST: f64 = 0.1;
 /// Most panels; the widest falls take some 20.
 const MAX_PANELS: usize = 64;
 
-/// The force at the level after a way at constant `g`, N.
+/// The force at the level after a distance at constant `g`, N.
 pub(super) fn follow_constant(force: f64, level: f64, stiffness: f64, distance: f64) -> f64 {
     if level > 0.0 {
         level + (force - level) * exp(-stiffness * distance / level)

@@ -213,7 +213,7 @@ fn rig_settings_change_only_while_no_force_flows() {
     script.command(Command::Engage);
     script.go_on(200);
     assert!((added(script.next()) - 0.8 * IDENTIFIED_N).abs() < 1e-9);
-    // It gives more than this rig is said to take up: 0.64 N against 0.1 N, over a tenth of a millimetre a step.
+    // It gives more than this rig is set to take up: 0.64 N against 0.1 N, over a tenth of a millimetre a step.
     let before_j = script.next().energy_excess_j;
     script.go_on(99);
     let grown_j = script.next().energy_excess_j - before_j;

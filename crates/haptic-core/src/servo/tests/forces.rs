@@ -1,5 +1,5 @@
 //! The force is that of the scene, scaled by the ramp and by how new the sample is, and changes of
-//! the scene take their way to it. Each is held against the scene alone.
+//! the scene take their path to it. Each is held against the scene alone.
 
 use super::script::{PLAIN, SPEED_MPS};
 use super::*;
@@ -200,14 +200,14 @@ fn taken(script: &Script) -> usize {
 #[test]
 fn scene_ramp_steps_are_even_and_offset_in_force() {
     let mut script = Script::engaged(PLAIN);
-    let way = [90.0, 80.0, 70.0, 60.0, 50.0];
+    let path = [90.0, 80.0, 70.0, 60.0, 50.0];
     let mut alone = stiff(100.0);
     // What was taken back when its fade began, and the steps that are left of it.
     let (mut taken_back, mut left) = (alone.take_over(&script.servo.scene().renderer), OFFSET_STEPS);
     bring(
         &mut script,
         stiff(100.0),
-        Transition::Steps(Steps::new(way.map(stiff).to_vec(), 0.023)),
+        Transition::Steps(Steps::new(path.map(stiff).to_vec(), 0.023)),
     );
     let mut came = 0;
     for k in 1..90_u32 {
@@ -217,7 +217,7 @@ fn scene_ramp_steps_are_even_and_offset_in_force() {
         assert_eq!((k, taken(&script)), (k, due));
         if due > came {
             came = due;
-            let mut next = stiff(way[due - 1]);
+            let mut next = stiff(path[due - 1]);
             let step = next.take_over(&alone);
             assert!(step > 0.05, "{step} N");
             alone = next;

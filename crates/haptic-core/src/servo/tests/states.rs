@@ -378,11 +378,11 @@ fn faults_states_and_commands_say_what_they_are() {
         assert!(fault.to_string().contains(word), "{fault}");
     }
     let other = Fault::MotorOff { watchdog: false };
-    let told: BTreeSet<String> = Fault::KINDS.iter().chain([&other]).map(ToString::to_string).collect();
+    let messages: BTreeSet<String> = Fault::KINDS.iter().chain([&other]).map(ToString::to_string).collect();
     assert_eq!(
-        told.len(),
+        messages.len(),
         Fault::KINDS.len() + 1,
-        "each says something of its own: {told:?}"
+        "each says something of its own: {messages:?}"
     );
     let states: Vec<String> = RigState::ALL.iter().map(ToString::to_string).collect();
     assert_eq!(

@@ -210,7 +210,7 @@ fn special(case: &mut Case, random: &mut Random) -> Option<Scene> {
         }
         // Without a threshold a slide of the hand ends where it turns, and not where it rests.
         Parameter::VelocityThreshold if scene.is_on_device() => return None,
-        // How long a contact has rested whose limits are equal cannot be told from them.
+        // How long a contact has rested whose limits are equal cannot be derived from them.
         Parameter::StaticForce if rises(scene) => return None,
         Parameter::Exponent => {
             let at = random.one_of(&[0.0, 0.5, 1.0, 1.0, 2.0]);
@@ -251,8 +251,8 @@ fn nudged(scene: &Scene, random: &mut Random) -> Option<[Scene; 2]> {
         return None;
     }
     let by = if value == 0.0 { info.step * NUDGE } else { value * NUDGE };
-    let way = |by: f64| scene.with(&[(key, (value + by).clamp(info.min, info.max))]).ok();
-    Some([way(by)?, way(-by)?])
+    let moved = |by: f64| scene.with(&[(key, (value + by).clamp(info.min, info.max))]).ok();
+    Some([moved(by)?, moved(-by)?])
 }
 
 /// A case done both ways: its forces, those of the variant in the same units, and so many times the

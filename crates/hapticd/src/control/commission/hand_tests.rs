@@ -175,10 +175,10 @@ fn moving_hand_never_makes_a_reversed_motor_look_right() {
             ..RigProperties::default()
         };
         let largest_n = [0.4, 2.0][(seed / 3 % 2) as usize];
-        let said = format!("{hand} on {properties:?}, {largest_n} N");
+        let setup = format!("{hand} on {properties:?}, {largest_n} N");
         let mut rig = Rig::new(&properties, hand, -1.0, 1.0 + of(6) / frequency_hz, some_line(seed));
         match rig.commissioned(largest_n) {
-            Ok(()) => panic!("case {seed}: {said}: a reversed motor looks right"),
+            Ok(()) => panic!("case {seed}: {setup}: a reversed motor looks right"),
             Err(why) => refused.push(why),
         }
     }

@@ -29,7 +29,7 @@ const WRONG_WAY: (f64, f64) = (5.0, 1e-4);
 /// Time that a pulse may take, until the handle rests again; and, before, that the handle may take to rest.
 const MAX_PULSE: Duration = Duration::from_secs(7);
 
-/// Longest delay with which the mass is told, s: within it the force of a pulse hardly changes.
+/// Longest delay with which the mass is reported, s: within it the force of a pulse hardly changes.
 const MAX_DELAY_S: f64 = 5e-3;
 
 /// A pulse of a force (N) and duration (ms), on an encoder of this resolution (m).
@@ -114,23 +114,23 @@ fn hand_now(rig: &RigHandle) -> Option<Plane> {
 fn driven_alone(kinematics: &Kinematics, hand: [Plane; 2]) -> Option<DrivenAlone> {
     let [at, to] = [kinematics.motors(hand[0])?, kinematics.motors(hand[1])?];
     let moved = [0, 1].map(|motor| {
-        let way = to[motor] - at[motor];
+        let distance = to[motor] - at[motor];
         if kinematics.are_rotary() {
-            way - TAU * (way / TAU).round()
+            distance - TAU * (distance / TAU).round()
         } else {
-            way
+            distance
         }
     });
     Some(DrivenAlone { at, moved })
 }
 
 /// How much farther than the other motor the one that was driven has carried the hand the way of the force, m, and the
-/// other one than that either way: by how the hand moves with them in the middle of their way.
+/// other one than that either way: by how the hand moves with them in the middle of their travel.
 fn leads_m(kinematics: &Kinematics, motor: usize, alone: DrivenAlone, force_n: f64) -> Option<(f64, f64)> {
     let DrivenAlone { at, moved } = alone;
     let middle = [0, 1].map(|motor| at[motor] + 0.5 * moved[motor]);
     let jacobian = kinematics.reading(middle).pose()?.jacobian;
-    let own = jacobian.lead_m(motor, moved.map(|way| way * force_n.signum()));
+    let own = jacobian.lead_m(motor, moved.map(|distance| distance * force_n.signum()));
     Some((own, jacobian.lead_m(1 - motor, moved.map(f64::abs))))
 }
 
@@ -152,7 +152,7 @@ fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'s
         let alone = hand.and_then(|hand| driven_alone(kinematics, hand));
         report.motors_moved = alone.map(|alone| alone.moved);
         let leads_m = alone.and_then(|alone| leads_m(kinematics, motor, alone, report.force_n));
-        let least_m = motion.least_way_m();
+        let least_m = motion.least_travel_m();
         // In between, a longer pulse tells. A motor that is merely reversed still leads, the wrong way.
         is_swapped = leads_m.is_some_and(|(own, other)| own <= -least_m && (other > 0.0 || !is_wrong));
         confirmed &= leads_m.is_some_and(|(own, _)| own >= least_m);

@@ -17,7 +17,7 @@ use crate::control::rig::commission_record::Findings;
 use device_io::kinematics::{Kinematics, Worst};
 use serde::{Deserialize, Serialize};
 
-/// Least cosine between the ways on which two motors carry the hand, from which on it shows a mass at the hand: below,
+/// Least cosine between the paths on which two motors carry the hand, from which on it shows a mass at the hand: below,
 /// a motor hardly takes the other along, wherever the mass is.
 const MIN_COSINE: f64 = 0.2;
 
@@ -44,7 +44,7 @@ struct Alone {
     friction: Option<f64>,
     inertia: Option<f64>,
     /// How far the other motor goes with this one.
-    other_way: f64,
+    other_travel: f64,
     /// Lengths of its own column of the Jacobian and of the other's, squared, and their product.
     own_squared: f64,
     other_squared: f64,
@@ -60,7 +60,7 @@ impl Alone {
         Some(Self {
             friction: found.friction_n.map(|friction_n| friction_n * effort_per_n),
             inertia: found.mass_kg.map(|mass_kg| mass_kg * effort_per_n * effort_per_n),
-            other_way: alone.moved[1 - motor] / alone.moved[motor],
+            other_travel: alone.moved[1 - motor] / alone.moved[motor],
             own_squared: own.dot(own),
             other_squared: other.dot(other),
             product: own.dot(other),
@@ -69,7 +69,7 @@ impl Alone {
 
     /// What a mass of 1 kg at the hand adds to its inertia.
     fn by_mass(&self) -> f64 {
-        self.own_squared + self.other_way * self.product
+        self.own_squared + self.other_travel * self.product
     }
 
     /// The mass at the hand, kg, by how the other motor goes along; `None` where that does not show it. `other` is the
@@ -78,9 +78,9 @@ impl Alone {
         if self.product.abs() < MIN_COSINE * (self.own_squared * self.other_squared).sqrt() {
             return None;
         }
-        let of_mass = self.product + self.other_way * (self.other_squared - other.by_mass());
+        let of_mass = self.product + self.other_travel * (self.other_squared - other.by_mass());
         // A motor that the other does not take along, or not as a mass would, is held by more than inertia.
-        Some((-self.other_way * inertia / of_mass).max(0.0))
+        Some((-self.other_travel * inertia / of_mass).max(0.0))
     }
 }
 
@@ -118,10 +118,11 @@ pub(in crate::control) fn of_both(kinematics: &Kinematics, motors: [(Findings, O
 /// Friction of each motor itself, N or N m.
 fn own_frictions(first: &Alone, second: &Alone) -> Option<[f64; 2]> {
     let (one, other) = first.friction.zip(second.friction)?;
-    let ways = [first.other_way.abs(), second.other_way.abs()];
-    let rest = 1.0 - ways[0] * ways[1];
+    let travels = [first.other_travel.abs(), second.other_travel.abs()];
+    let rest = 1.0 - travels[0] * travels[1];
     // Of two motors that take each other along wholly nothing is known.
-    (rest > 0.0).then(|| [one - ways[0] * other, other - ways[1] * one].map(|friction| (friction / rest).max(0.0)))
+    (rest > 0.0)
+        .then(|| [one - travels[0] * other, other - travels[1] * one].map(|friction| (friction / rest).max(0.0)))
 }
 
 /// The mass at the hand, kg, and the inertia of each motor itself, kg or kg m^2.
@@ -181,11 +182,11 @@ mod tests {
             let at = kinematics.motors(hand).expect("within reach");
             let jacobian = kinematics.reading(at).pose().expect("a pose").jacobian;
             let (own, beside) = self.mobility([0, 1].map(|motor| jacobian.column(motor)));
-            let other_way = beside / own[motor];
-            let mut moved = [1e-3 * other_way; 2];
+            let other_travel = beside / own[motor];
+            let mut moved = [1e-3 * other_travel; 2];
             moved[motor] = 1e-3;
             let n_per_effort = jacobian.force_of_motor(motor).length();
-            let friction = self.frictions[motor] + other_way.abs() * self.frictions[1 - motor];
+            let friction = self.frictions[motor] + other_travel.abs() * self.frictions[1 - motor];
             let findings = Findings {
                 friction_n: Some(friction * n_per_effort),
                 mass_kg: Some(n_per_effort * n_per_effort / own[motor]),
@@ -198,10 +199,11 @@ mod tests {
         fn along(&self, kinematics: &Kinematics, hand: Plane, direction: Plane) -> (f64, f64) {
             let motors = kinematics.motors(hand).expect("within reach");
             let jacobian = kinematics.reading(motors).pose().expect("a pose").jacobian;
-            // The ways of the motors by that of the hand: power is the same on both sides.
-            let ways = [0, 1].map(|motor| jacobian.force_of_motor(motor).dot(direction));
-            let friction_n = self.frictions[0] * ways[0].abs() + self.frictions[1] * ways[1].abs();
-            let mass_kg = self.mass_kg + self.inertias[0] * ways[0] * ways[0] + self.inertias[1] * ways[1] * ways[1];
+            // The travels of the motors by that of the hand: power is the same on both sides.
+            let travels = [0, 1].map(|motor| jacobian.force_of_motor(motor).dot(direction));
+            let friction_n = self.frictions[0] * travels[0].abs() + self.frictions[1] * travels[1].abs();
+            let mass_kg =
+                self.mass_kg + self.inertias[0] * travels[0] * travels[0] + self.inertias[1] * travels[1] * travels[1];
             (friction_n, mass_kg)
         }
     }
@@ -242,7 +244,7 @@ mod tests {
                 prop_assert!(friction >= 0.99 * friction_n, "{} N at {:?}, below {:?}", friction, hand, whole);
                 prop_assert!(mass >= 0.98 * mass_kg, "{} kg at {:?}, below {:?}", mass, hand, whole);
             }
-            // And it is there what is told.
+            // And there it is what is reported.
             let worst = whole.worst.friction_n.expect("known");
             let there = rig.along(kinematics, worst.position, worst.direction).0;
             prop_assert!((there / friction_n - 1.0).abs() < 1e-6, "{} N for {:?}", there, worst);

@@ -83,7 +83,7 @@ pub(in crate::control) enum CommissionState {
 pub(in crate::control) struct Records {
     /// The newest answer, with its connection and time.
     cached: RefCell<Option<(u64, Instant, CommissionState)>>,
-    /// The connection of which it was said, or shown, that it is the commissioned rig.
+    /// The connection that was stated, or shown, to be of the commissioned rig.
     confirmed: Cell<Option<u64>>,
     /// Rigs whose motor has moved the handle the wrong way, until they are commissioned again; of one without a serial number
     /// the connection, as the next may be of another.

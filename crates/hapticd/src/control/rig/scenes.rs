@@ -84,8 +84,8 @@ impl RigHandle {
     /// The scene cannot be rendered.
     pub(in crate::control) fn compile(&self, scene: &Scene, ramp_s: f64) -> Result<Compiled, WireError> {
         let history = self.history();
-        let on_the_way = history.on_the_way(self.channel.newest().as_ref());
-        let from = on_the_way.as_ref().unwrap_or(&history.newest().scene);
+        let ramped = history.ramped_scene(self.channel.newest().as_ref());
+        let from = ramped.as_ref().unwrap_or(&history.newest().scene);
         Compiled::new(from, scene, &self.facts, ramp_s)
     }
 

@@ -105,7 +105,7 @@ pub(super) async fn run(
     }
     client.raise_last_stops(&mut incoming).await;
     if client.newcomer.is_some() {
-        // It has taken nothing, and its place is for the next one: what it can be told goes into its buffer now.
+        // It has taken nothing, and its place is for the next one: what can be sent to it goes into its buffer now.
         drop(client);
         tokio::task::yield_now().await;
         writing.abort();
@@ -161,7 +161,7 @@ fn is_change(request: &Request) -> bool {
 }
 
 impl Client {
-    /// Until a newcomer has been heard for long enough; for ever for others.
+    /// Until a newcomer has been listened to for long enough; for ever for others.
     async fn is_over(&self) {
         match &self.newcomer {
             Some(newcomer) => newcomer.over().await,
@@ -170,13 +170,13 @@ impl Client {
     }
 
     /// Whether a newcomer has sent more than a stop needs, and none.
-    fn has_said_enough(&self, lines: &Lines) -> bool {
+    fn has_sent_too_much(&self, lines: &Lines) -> bool {
         self.newcomer
             .as_ref()
             .is_some_and(|newcomer| newcomer.is_silent() && lines.received > NEWCOMER_BYTES)
     }
 
-    /// Tells a newcomer why it is not heard any longer.
+    /// Tells a newcomer why it is not listened to any longer.
     fn send_away(&self) {
         let text = answer::<()>(None, Err(self.only_stopping()));
         // Where its answers have filled the queue, it reads nothing.
@@ -210,7 +210,7 @@ impl Client {
                 // A client with many lines must not keep the others waiting.
                 tokio::task::yield_now().await;
             }
-            if !lines.wait().await || self.has_said_enough(lines) {
+            if !lines.wait().await || self.has_sent_too_much(lines) {
                 break;
             }
         }

@@ -155,7 +155,7 @@ impl TrialRig {
     }
 }
 
-/// The way of forces to the motor: whole periods and a rest.
+/// The path of forces to the motor: whole periods and a rest.
 struct Line {
     waiting: VecDeque<f64>,
     rest_ns: u64,

@@ -248,7 +248,7 @@ fn a_rig_without_force_is_calm() {
 }
 
 #[test]
-fn figures_are_told_with_their_hand() {
+fn figures_are_printed_with_their_hand() {
     let trial = Trial {
         hand: TrialHand::Absent,
         sign_changes_per_s: MAX_SIGN_CHANGES_PER_S + 105.0,

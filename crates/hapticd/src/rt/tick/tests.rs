@@ -5,11 +5,11 @@ mod behind_a_link;
 mod changes;
 mod engaging;
 mod happenings;
+mod reports;
 mod rooms;
 mod samples;
 mod stopping;
 mod timing;
-mod told;
 
 use super::*;
 use crate::rt::handoff::{ControlSide, hand_over};

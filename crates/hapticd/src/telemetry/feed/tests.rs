@@ -1,4 +1,4 @@
-//! What subscribers are told, and in which order.
+//! What subscribers are sent, and in which order.
 
 use super::*;
 use crate::rt::outbox::{self, FromLoop};
@@ -68,7 +68,7 @@ fn the_state_comes_whole_at_first_and_then_at_every_change() {
 }
 
 #[test]
-fn what_a_slow_subscriber_misses_is_counted_and_told() {
+fn what_a_slow_subscriber_misses_is_counted_and_reported() {
     let (mut producer, consumer) = outbox::outbox(outbox::RECORDS);
     let mut feed = Feed::new(consumer, 1_000_000, None);
     let (subscription, mut received) = subscription(&[Topic::Samples], 2, 1);
@@ -111,15 +111,15 @@ fn backlog_of_an_unreading_subscriber_is_bounded_in_bytes() {
     println!("{bytes} bytes in {} lines wait, of {BACKLOG_BYTES}", held.len());
     assert!(bytes <= BACKLOG_BYTES && bytes > BACKLOG_BYTES / 2, "{bytes}");
     assert!(held.len() < BACKLOG_LINES, "the bytes bound it, not the lines");
-    // Once it is written there is all the room again, and what was missed is told.
+    // Once it is written there is all the room again, and the missed rows are reported.
     drop(held);
     assert_eq!(room.available_permits(), BACKLOG_BYTES);
     for tick in 40_000..40_256 {
         producer.push(None, || outbox::tests::record(tick));
     }
     pump(&mut feed, &scenes, || None);
-    let told = events(&mut received);
-    let Some(Event::Samples(samples)) = told.first() else {
+    let newer = events(&mut received);
+    let Some(Event::Samples(samples)) = newer.first() else {
         panic!("no samples")
     };
     assert!(samples.dropped > 0 && samples.dropped < 40_000, "{}", samples.dropped);
@@ -144,7 +144,7 @@ fn setup(friction_n: f64) -> ServoSetup {
 
 /// What each event is about: the revision of a state, the friction of the servo's settings, or the rows'
 /// ticks.
-fn told(events: &[Event]) -> Vec<String> {
+fn summaries(events: &[Event]) -> Vec<String> {
     let about = |event: &Event| match event {
         Event::State(state) => format!("revision {} from {}", state.revision, state.tick),
         Event::Servo(event) => format!("{} N from {}", event.servo.settings.losses.friction, event.tick),
@@ -174,7 +174,7 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
     }
     pump(&mut feed, &scenes, || Some(setup(0.7)));
     assert_eq!(
-        told(&events(&mut received)),
+        summaries(&events(&mut received)),
         [
             "0.7 N from 0",
             "revision 1 from 0",
@@ -186,7 +186,7 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
         ]
     );
     // What it was sent is not sent again, and a later one hears nothing of what came before it.
-    let (newer, mut heard) = self::subscription(&[Topic::State], 1, 64);
+    let (newer, mut newer_received) = self::subscription(&[Topic::State], 1, 64);
     feed.subscribe(2, newer, setup(0.3));
     for (tick, state) in [(600, RigState::Idle), (601, RigState::Engaging)] {
         let mut record = outbox::tests::record(tick);
@@ -195,11 +195,11 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
         pump(&mut feed, &scenes, || Some(setup(0.7)));
     }
     assert_eq!(
-        told(&events(&mut received)),
+        summaries(&events(&mut received)),
         ["revision 2 from 600", "1 rows", "revision 2 from 601", "1 rows"]
     );
     assert_eq!(
-        told(&events(&mut heard)),
+        summaries(&events(&mut newer_received)),
         ["revision 2 from 600", "0.7 N from 601", "revision 2 from 601"]
     );
 }
@@ -225,7 +225,7 @@ fn rows_begin_with_a_snapshot_and_another_follows_lost_rows() {
             producer.push(None, || outbox::tests::record(tick));
         }
         pump(feed, &scenes, || None);
-        (told(&events(&mut received)), feed.is_snapshot_due())
+        (summaries(&events(&mut received)), feed.is_snapshot_due())
     };
     assert_eq!(
         go_on(0..5, None, &mut feed),

@@ -66,7 +66,7 @@ fn firmware_confirms_a_stop_or_it_ends_unconfirmed() {
     let mut bench = linked();
     bench.pull();
     assert_eq!(bench.stop(), StopConfirmation::Confirmed);
-    assert_eq!(bench.firmware().force_n(), 0.0, "it is off when that is said");
+    assert_eq!(bench.firmware().force_n(), 0.0, "it is off when that is reported");
     bench.command(Command::Reset);
     bench.pull();
     bench.misbehave(Misbehaviour::NoEcho);
@@ -115,8 +115,8 @@ fn buttons_of_a_firmware_release_and_stop() {
         bench.tick();
         bench.pull();
         bench.misbehave(Misbehaviour::Button(button, pressed));
-        let told = bench.tick();
-        assert_eq!((told.state, told.fault, told.command_force), (state, fault, 0.0));
+        let record = bench.tick();
+        assert_eq!((record.state, record.fault, record.command_force), (state, fault, 0.0));
         assert_eq!(bench.firmware().force_n(), 0.0);
     }
 }

@@ -47,8 +47,8 @@ fn motor_off_faults_and_a_lost_device_disconnects() {
         bench.tick();
         bench.command(Command::Engage);
         bench.ticks(98);
-        let told = bench.tick();
-        assert_eq!((told.state, told.fault, told.command_force), (state, fault, 0.0));
+        let record = bench.tick();
+        assert_eq!((record.state, record.fault, record.command_force), (state, fault, 0.0));
         assert_eq!(bench.last_written(), 0.0);
     }
 }

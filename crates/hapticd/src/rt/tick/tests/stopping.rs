@@ -44,7 +44,7 @@ fn stop_is_confirmed_once_the_motor_is_off() {
     assert_eq!(
         bench.records.answers().stop(stop),
         None,
-        "the link has it, and the device has not said so"
+        "the link has it, and the device has not confirmed it"
     );
     assert_eq!(bench.last_written(), 0.0);
     bench.tick.device.motor = Motor::Off;
@@ -84,19 +84,19 @@ fn stop_without_a_device_reports_no_device_at_once() {
     bench.tick();
     let stop = bench.shared.stop();
     let tick = bench.tick().tick;
-    let unheard = bench.records.answers().stop(stop).expect("answered at once");
+    let answer = bench.records.answers().stop(stop).expect("answered at once");
     assert_eq!(
-        (unheard.tick, unheard.state, unheard.confirmation),
+        (answer.tick, answer.state, answer.confirmation),
         (tick, RigState::Stopped, StopConfirmation::NoDevice)
     );
-    // The device that comes back is told, and nobody pulls before a reset.
+    // The device that comes back is sent the zero force, and nobody pulls before a reset.
     bench.ticks(18);
     bench.written.lock().expect("one thread").clear();
     bench.tick.device.writing = Ok(Written::Taken);
     assert_eq!(bench.tick().state, RigState::Stopped);
     assert_eq!(bench.last_written(), 0.0);
     assert!(bench.command(Command::Engage).refused);
-    // The next stop is heard.
+    // The next stop is confirmed.
     let stop = bench.shared.stop();
     bench.tick();
     let confirmation = bench.records.answers().stop(stop).map(|stopped| stopped.confirmation);
