@@ -43,6 +43,7 @@ fn settings(share: Option<f64>) -> Settings {
                 dynamic_force: Directional::both(IDENTIFIED_N),
                 viscous: Directional::both(0.0),
                 cogging: None,
+                uncertainty: None,
             },
         }),
     }

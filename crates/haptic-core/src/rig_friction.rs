@@ -35,6 +35,29 @@ pub struct RigFriction {
     /// Force that depends on the position.
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
     pub cogging: Option<Cogging>,
+    /// How far the truth may lie from these values, with 95 % certainty.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub uncertainty: Option<RigUncertainty>,
+}
+
+/// Half of each value's 95 % interval.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct RigUncertainty {
+    /// Of the mass, kg.
+    #[cfg_attr(feature = "serde", serde(rename = "mass_kg"))]
+    pub mass: f64,
+    /// Of the dynamic friction by direction, N.
+    #[cfg_attr(feature = "serde", serde(rename = "dynamic_force_N"))]
+    pub dynamic_force: Directional,
+    /// Of the viscous damping by direction, N s/m.
+    #[cfg_attr(feature = "serde", serde(rename = "viscous_Ns_per_m"))]
+    pub viscous: Directional,
 }
 
 /// A force against the positive axis that repeats itself along the path: the sum of
@@ -86,6 +109,20 @@ impl RigFriction {
         within("dynamic_force_N.negative", dynamic.negative, 0.0, 1000.0, "N")?;
         within("viscous_Ns_per_m.positive", viscous.positive, 0.0, 1e4, "N s/m")?;
         within("viscous_Ns_per_m.negative", viscous.negative, 0.0, 1e4, "N s/m")?;
+        if let Some(RigUncertainty {
+            mass,
+            dynamic_force,
+            viscous,
+        }) = self.uncertainty
+        {
+            within("uncertainty.mass_kg", mass, 0.0, 1000.0, "kg")?;
+            for force in [dynamic_force.positive, dynamic_force.negative] {
+                within("uncertainty.dynamic_force_N", force, 0.0, 1000.0, "N")?;
+            }
+            for damping in [viscous.positive, viscous.negative] {
+                within("uncertainty.viscous_Ns_per_m", damping, 0.0, 1e4, "N s/m")?;
+            }
+        }
         let Some(cogging) = self.cogging else { return Ok(()) };
         within("cogging.period_m", cogging.period_m, 1e-5, 10.0, "m")?;
         for harmonic in cogging.harmonics {
@@ -132,6 +169,7 @@ mod tests {
         dynamic_force: Directional::new(0.8, 0.7),
         viscous: Directional::new(1.5, 2.0),
         cogging: None,
+        uncertainty: None,
     };
 
     const fn harmonic(cosine: f64, sine: f64) -> Harmonic {

@@ -11,13 +11,24 @@ pub(crate) fn remedy(socket: &Path) -> String {
     };
     // A socket is used by who may write it, and a directory is entered by who may execute it.
     let serves_group = found.mode() & if found.is_dir() { 0o010 } else { 0o020 } != 0;
+    let (is_above, is_directory) = (socket.parent() != Some(closed) && socket != closed, found.is_dir());
     let closed = closed.display();
     if serves_group {
         let group = group_name(found.gid());
         format!("{closed} is for the group {group}: `sudo usermod -aG {group} $USER`, then log in again")
     } else {
         let owner = user_name(found.uid());
-        format!("{closed} is for the user {owner} alone; `hapticd --socket-group GROUP` lets a group use it")
+        let open = if is_above {
+            "let its owner open it, or give hapticd another path (--socket)".to_owned()
+        } else if is_directory {
+            format!(
+                "`hapticd --socket-group GROUP` lets a group use it where it makes this directory itself; else also \
+                 `chgrp GROUP {closed} && chmod g+x {closed}`"
+            )
+        } else {
+            "`hapticd --socket-group GROUP` lets a group use it".to_owned()
+        };
+        format!("{closed} is for the user {owner} alone: {open}")
     }
 }
 

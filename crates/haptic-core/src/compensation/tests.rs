@@ -14,6 +14,7 @@ const RIG: RigFriction = RigFriction {
     dynamic_force: Directional::new(0.8, 0.6),
     viscous: Directional::new(1.0, 2.0),
     cogging: None,
+    uncertainty: None,
 };
 
 fn compensator(share: f64) -> Compensator {

@@ -11,7 +11,16 @@ pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
     let state = match status.state {
         RigState::Faulted => {
             let why = status.fault.as_deref().unwrap_or("for no known reason");
-            Check::warn("rig", format!("{what}: {why}"), "`haptic-ctl reset`")
+            let what = format!("{what}: {why}");
+            if why.starts_with("still_enabled") {
+                Check::fail(
+                    "rig",
+                    what,
+                    "cut the motor's power; then mend or replace the device, and `haptic-ctl reset`",
+                )
+            } else {
+                Check::warn("rig", what, "`haptic-ctl reset`")
+            }
         }
         RigState::Stopped => Check::warn("rig", what, "`haptic-ctl reset`"),
         RigState::Disconnected => {

@@ -71,6 +71,7 @@ fn subtract(found: &mut Identified, rig: &RigFriction) {
     ] {
         *value = value.map(|value| both(value, own));
     }
+    let uncertainty = rig.uncertainty.unwrap_or_default();
     for (name, interval) in &mut found.intervals {
         let pair = |own: Directional| {
             if name.ends_with("negative") {
@@ -79,13 +80,23 @@ fn subtract(found: &mut Identified, rig: &RigFriction) {
                 own.positive
             }
         };
-        let own = match name.split('.').next().unwrap_or(name) {
-            "mass_kg" => rig.mass,
-            "dynamic_force_N" | "static_force_N" => pair(dynamic),
-            "viscous_Ns_per_m" => pair(viscous),
+        let (own, half) = match name.split('.').next().unwrap_or(name) {
+            "mass_kg" => (rig.mass, uncertainty.mass),
+            "dynamic_force_N" | "static_force_N" => (pair(dynamic), pair(uncertainty.dynamic_force)),
+            "viscous_Ns_per_m" => (pair(viscous), pair(uncertainty.viscous)),
             _ => continue,
         };
-        *interval = interval.map(|end| end - own);
+        // Two independent experiments.
+        let [low, high] = *interval;
+        let (middle, own_half) = ((low + high) / 2.0 - own, ((high - low) / 2.0).hypot(half));
+        *interval = [middle - own_half, middle + own_half];
+    }
+    if rig.uncertainty.is_none() {
+        found.notes.push(
+            "the rig was identified by an earlier version, without its uncertainty: the intervals are too narrow; run \
+             `haptic-ctl identify --rig` again"
+                .to_owned(),
+        );
     }
     refuse_what_is_nothing(found);
     found.notes.push(
@@ -123,6 +134,7 @@ fn refuse_what_is_nothing(found: &mut Identified) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_core::rig_friction::RigUncertainty;
     use haptic_lab::identify::ModelKind;
 
     const RIG: RigFriction = RigFriction {
@@ -136,6 +148,14 @@ mod tests {
             negative: 0.25,
         },
         cogging: None,
+        uncertainty: Some(RigUncertainty {
+            mass: 0.0,
+            dynamic_force: Directional {
+                positive: 0.0,
+                negative: 0.2,
+            },
+            viscous: Directional::both(0.0),
+        }),
     };
 
     fn found() -> Identified {
@@ -160,10 +180,19 @@ mod tests {
         assert!((sample.mass_kg.expect("kept") - 0.5).abs() < 1e-12);
         let dynamic = sample.dynamic_force_n.expect("kept");
         assert!((dynamic.positive - 2.2).abs() < 1e-12 && (dynamic.negative - 2.3).abs() < 1e-12);
-        let [least, most] = sample.intervals["dynamic_force_N.negative"];
-        assert!((least - 2.2).abs() < 1e-12 && (most - 2.4).abs() < 1e-12);
+        let [low, high] = sample.intervals["dynamic_force_N.negative"];
+        let half = f64::hypot(0.1, 0.2);
+        assert!((low - 2.3 + half).abs() < 1e-12 && (high - 2.3 - half).abs() < 1e-12);
         assert!(sample.refused.is_empty(), "{:?}", sample.refused);
         assert!(sample.notes[0].contains("--whole"));
+
+        let mut sample = found();
+        let earlier = RigFriction {
+            uncertainty: None,
+            ..RIG
+        };
+        subtract(&mut sample, &earlier);
+        assert!(sample.notes[0].contains("too narrow"), "{:?}", sample.notes);
     }
 
     #[test]

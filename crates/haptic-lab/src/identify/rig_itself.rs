@@ -6,7 +6,7 @@ use super::identify;
 use super::options::{Clocks, Directions, IdentifyError, Options, Record};
 use super::result::{Identified, ModelKind, Refusal};
 use haptic_core::Directional;
-use haptic_core::rig_friction::{Cogging, RigFriction};
+use haptic_core::rig_friction::{Cogging, RigFriction, RigUncertainty};
 
 /// What was found of a rig.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,6 +112,23 @@ impl RigItself {
                 negative: viscous.negative.max(0.0),
             },
             cogging: self.cogging.as_ref().map(|found| found.cogging),
+            uncertainty: self.uncertainty(),
+        })
+    }
+
+    fn uncertainty(&self) -> Option<RigUncertainty> {
+        let identified = &self.identified;
+        let half = |name: &str| identified.intervals.get(name).map(|[low, high]| (high - low) / 2.0);
+        let both = |name: &str| {
+            Some(Directional {
+                positive: half(&format!("{name}.positive"))?,
+                negative: half(&format!("{name}.negative"))?,
+            })
+        };
+        Some(RigUncertainty {
+            mass: half("mass_kg")?,
+            dynamic_force: both("dynamic_force_N")?,
+            viscous: both("viscous_Ns_per_m")?,
         })
     }
 }

@@ -26,6 +26,7 @@ fn compensation(share: f64) -> Compensation {
             dynamic_force: Directional::both(IDENTIFIED_N),
             viscous: Directional::both(0.0),
             cogging: None,
+            uncertainty: None,
         },
     }
 }

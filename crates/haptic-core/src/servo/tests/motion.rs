@@ -37,6 +37,7 @@ fn nothing_is_added_to_the_force_of_a_motion() {
                 dynamic_force: Directional::both(3.0),
                 viscous: Directional::both(5.0),
                 cogging: None,
+                uncertainty: None,
             },
         }),
         ..SETTINGS

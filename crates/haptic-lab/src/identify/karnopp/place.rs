@@ -46,7 +46,6 @@ pub(super) fn explained(problem: &Problem<'_>, slides: Slides, found: &mut Ident
         // Under one frequency whatever the law lacks would look like one.
         share_of_mass(&slides.rows, sprung) >= MIN_MASS_SHARE && of.is_some_and(|of| height.abs() > of.reach_certain())
     });
-    let plain_rms_n = slides.fit.rms_n();
     let is_sprung = with_spring.is_some();
     let slides = match with_spring {
         Some(fit) => Slides::of(problem, slides.rows, fit),
@@ -65,9 +64,12 @@ pub(super) fn explained(problem: &Problem<'_>, slides: Slides, found: &mut Ident
         } else {
             "of a spring"
         };
+        // Of the same rows: shorter windows average less noise.
+        let plain = with_hats(problem, &slides.rows, slides.fit.shape, 0);
+        let without = plain.map_or_else(String::new, |plain| format!(", {:.3} N without", plain.rms_n()));
         found.notes.push(format!(
-            "the force depends on the place, by {:.2} N over the way, as that {like}: it is fitted and left out ({:.3} N \
-             are left with it, {plain_rms_n:.3} N without)",
+            "the force depends on the place, by {:.2} N over the travel, as that {like}: it is fitted and left out \
+             ({:.3} N are left with it{without})",
             greatest - least,
             slides.fit.rms_n()
         ));

@@ -115,7 +115,8 @@ pub(super) fn report(found: &mut Identified, problem: &Problem<'_>, slides: &Sli
         .fold(f64::INFINITY, f64::min);
     let reason = if fast.is_empty() {
         format!(
-            "there is no breakaway from a rest under a rising force {lacking} ({} rests)",
+            "none of its {} rests ends {lacking} in a breakaway clear enough to be read: a load that rises evenly for \
+             {SLOWEST_LOAD_S} s, then a bend",
             problem.motion.rests.len()
         )
     } else {

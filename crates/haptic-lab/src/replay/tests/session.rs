@@ -42,6 +42,7 @@ pub(super) fn setup() -> ServoSetup {
                     },
                     viscous: Directional::both(0.3),
                     cogging: None,
+                    uncertainty: None,
                 },
             }),
             velocity: Method::AlphaBetaGamma,

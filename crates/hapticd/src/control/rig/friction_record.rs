@@ -151,6 +151,7 @@ mod tests {
             negative: 0.5,
         },
         cogging: None,
+        uncertainty: None,
     };
 
     fn record() -> FrictionRecord {

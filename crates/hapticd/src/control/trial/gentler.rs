@@ -41,10 +41,16 @@ pub(in crate::control) fn gentler(scene: &Scene, rig: &TrialRig) -> Option<Gentl
         let most = stiffest((SOFTEST_SHARE, 1.0), |share| passes(&at(share), 1.0))?;
         with_room(most, at, passes)
     };
-    // One that the adviser finds stable too, if there is one.
-    let mut stable = attempts.into_iter().filter_map(|of| found(of, is_stable));
+    // One that the adviser finds stable too, if there is one; with less damping too where that saves much stiffness.
+    let [alone, with_damping] = attempts.map(|of| found(of, is_stable));
+    let stiffness = |changes: &Gentler| changes.first().map_or(0.0, |(_, value)| *value);
+    let saves = |alone: &Gentler| {
+        with_damping
+            .as_ref()
+            .is_none_or(|both| stiffness(both) <= FACTOR * stiffness(alone))
+    };
     let any = || attempts.into_iter().find_map(|of| found(of, |_, _| true));
-    stable.next().or_else(any)
+    alone.filter(saves).or(with_damping.clone()).or_else(any)
 }
 
 /// Whether a block's grip is stable against a stuck block, as the adviser has it.

@@ -128,6 +128,7 @@ fn compensation() -> Compensation {
             dynamic_force: Directional::both(30.0),
             viscous: Directional::both(50.0),
             cogging: None,
+            uncertainty: None,
         },
     }
 }
