@@ -417,7 +417,7 @@ def every_end(bench):
 
 
 def panel(_bench):
-    """The panel: what it draws and hears is told by its own tests, `cargo test -p haptic-panel`."""
+    """The panel: its own tests cover the rest, `cargo test -p haptic-panel`."""
     yield from ()
 
 

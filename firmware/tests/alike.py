@@ -138,7 +138,7 @@ def compared(native, fake_rig, axes, seconds, rng):
                 if not is_known:
                     skipped += 1
                 elif outcomes[0] != outcomes[1]:
-                    print(f"FAULT {axes} axes, after {steps} steps native and fake-rig differ:", *outcomes, "last said:", *history[-3:], sep="\n")
+                    print(f"FAULT {axes} axes, after {steps} steps native and fake-rig differ:", *outcomes, "last lines:", *history[-3:], sep="\n")
                     return None
                 else:
                     steps += 1

@@ -278,7 +278,7 @@ fn clients() {
         received += bytes.into_inner();
     }
     println!(
-        "\n{CLIENTS} clients: {sets} changes in {} s, {} MB heard",
+        "\n{CLIENTS} clients: {sets} changes in {} s, {} MB received",
         TURNS as u64 * TURN_S,
         received / 1_000_000
     );

@@ -9,7 +9,7 @@ use system_tests::soak::{self, Options};
 /// in a random order, and checks what must hold all the while.
 ///
 /// The report is target/soak/report.md, with soak.svg. The exit code is 0 if every claim of it holds, and 1
-/// otherwise. A busy machine fails nothing: missed periods are told, and a fault that it brings about itself is tried
+/// otherwise. A busy machine fails nothing: missed periods are reported, and a fault that it brings about itself is tried
 /// again.
 #[derive(Parser)]
 #[command(name = "soak.sh", max_term_width = 80)]

@@ -82,7 +82,7 @@ took=$((SECONDS - began))
 passed=$(grep -c '^PASS ' "$cache/boot.log" || true)
 failed=$(grep -c '^FAIL ' "$cache/boot.log" || true)
 if ! grep -q '^END' "$cache/boot.log"; then
-    echo 'FAIL the machine did not come to its end; the last that it said:'
+    echo 'FAIL the machine did not come to its end; its last lines:'
     tail -20 "$cache/boot.log"
     failed=$((failed + 1))
 fi

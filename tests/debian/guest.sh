@@ -146,7 +146,7 @@ check 'a daemon that was stopped is started when its rig is plugged in' what_was
 
 systemctl stop hapticd@right.service
 check 'the machine sleeps while two rigs pull' sleeps
-check 'awake again, the daemon is faulted, without force, and has said so once' comes_back_faulted
+check 'awake again, the daemon is faulted, without force, and has reported it once' comes_back_faulted
 check 'awake again, the motor of the rig on USB has no force' rig_has_let_go
 check 'after a reset it engages' engages_again
 check 'the rig on USB engages' rig_engages_again

@@ -87,7 +87,7 @@ passed=$(grep -c '^PASS ' "$cache/log" || true)
 failed=$(grep -c '^FAIL ' "$cache/log" || true)
 ended=$(grep -c '^END' "$cache/log" || true)
 if [ "$ended" = 0 ]; then
-    echo "FAIL the guest did not come to its end; the last that it said:"
+    echo "FAIL the guest did not come to its end; its last lines:"
     tail -20 "$cache/log"
     failed=$((failed + 1))
 fi

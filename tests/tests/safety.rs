@@ -89,7 +89,7 @@ fn a_stop_is_confirmed_by_the_device_and_timed() {
         rig.fail("no-echo");
         let asked = Instant::now();
         assert_eq!(refused(&mut client, Request::Stop {}).code, ErrorCode::NotConfirmed);
-        println!("said not to be confirmed after {:?}", asked.elapsed());
+        println!("reported as not confirmed after {:?}", asked.elapsed());
         let timing: Timing = client.request(Request::Timing {}).expect("the timing");
         let stops = timing.stops;
         assert_eq!(

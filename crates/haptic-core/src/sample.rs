@@ -70,7 +70,7 @@ pub enum DeviceError {
     #[error("the device is disconnected")]
     Disconnected,
     /// The rig is there, and its motor is off though it was enabled.
-    #[error("the device has its motor off{}", if *.watchdog { ": its watchdog heard no command for too \
+    #[error("the device has its motor off{}", if *.watchdog { ": its watchdog received no command for too \
                                                                long" } else { "" })]
     MotorOff {
         /// Whether its own watchdog switched it off.

@@ -198,7 +198,7 @@ fn subscribers() {
     let fewest = counted.iter().map(|one| one.0).min().expect("some");
     println!("\n## {SUBSCRIBERS} subscribers of every tick at 1 kHz\n");
     println!(
-        "{} rows heard in {} s, {fewest} by the one that heard fewest; {} dropped, {} gaps; the daemon used {:.0} % of a processor, its loop and the spinning of that included",
+        "{} rows received in {} s, {fewest} by the one that received fewest; {} dropped, {} gaps; the daemon used {:.0} % of a processor, its loop and the spinning of that included",
         sum(|one| one.0),
         TIME.as_secs(),
         sum(|one| one.1),

@@ -116,7 +116,7 @@ impl Checked {
             self.faults.push(format!("{path}: no rows"));
         }
         if rows + lost < span {
-            let why = format!("{path}: {span} ticks, {rows} rows and {lost} said to be lost");
+            let why = format!("{path}: {span} ticks, {rows} rows and {lost} reported lost");
             self.faults.push(why);
         }
         let differing = number(replayed, "differing");

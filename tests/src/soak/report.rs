@@ -136,10 +136,10 @@ fn force(seen: &Seen, claim: &mut impl FnMut(&str, bool, String)) {
 fn ticks_and_journal(seen: &Seen, claim: &mut impl FnMut(&str, bool, String)) {
     let (load, rows) = (&seen.load, &seen.load.rows);
     claim(
-        "every tick is heard or said to be lost",
+        "every tick is received or reported lost",
         rows.missing == 0 && rows.received > 0,
         format!(
-            "{} heard, {} said to be lost, {} missing",
+            "{} received, {} reported lost, {} missing",
             rows.received, rows.dropped, rows.missing
         ),
     );
@@ -181,7 +181,7 @@ fn recordings(seen: &Seen, claim: &mut impl FnMut(&str, bool, String)) {
         "recordings read, lack no row unsaid, and replay with 0 differing",
         recordings.faults.is_empty() && recordings.compared > 0,
         format!(
-            "{} recordings, {} rows ({} said to be lost), {} compared ({} with force), {} differ{}",
+            "{} recordings, {} rows ({} reported lost), {} compared ({} with force), {} differ{}",
             recordings.recordings,
             recordings.rows,
             recordings.lost,

@@ -90,18 +90,23 @@ pub(super) fn run(plan: &Plan, rig: &mut Rig, occurrences: &mut Vec<Occurrence>)
 /// Brings a fault about once.
 fn occur(fault: &Fault, rig: &mut Rig) -> End {
     // A busy machine may fault it before it pulls, or before the journal is looked at.
-    let after = loop {
+    let mut pulling = None;
+    for _ in 0..ATTEMPTS {
         let before = rig.newest_entry();
         let pulls = rig.pull();
         let after = rig.newest_entry();
         if pulls && status(&mut rig.client).state == RigState::Engaged {
-            break after;
+            pulling = Some(after);
+            break;
         }
         let entries = rig.journal(Some(before));
         let mut faults = entries.iter().filter_map(|entry| entry.fault.as_deref());
         if let Some(code) = faults.find(|code| !OF_A_BUSY_MACHINE.contains(code)) {
             return End::Wrong(format!("before it pulled, it faulted with {code}"));
         }
+    }
+    let Some(after) = pulling else {
+        return End::BusyMachine("the machine faults it before it pulls".to_owned());
     };
     let held_up = rig.held_up();
     rig.begin();

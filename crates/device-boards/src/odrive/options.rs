@@ -42,7 +42,7 @@ impl ODriveOptions {
                 .filter(|(name, _)| KNOWN.contains(name))
                 .ok_or_else(|| format!("odrive has no option `{option}`; there are {}", KNOWN.join(", ")))?;
             if options.iter().any(|(earlier, _)| *earlier == name) {
-                return Err(format!("{name} is said twice"));
+                return Err(format!("{name} is given twice"));
             }
             options.push((name, value));
         }
@@ -161,7 +161,7 @@ mod tests {
             ),
             (
                 Some("radius_mm=5&radius_mm=6&torque_limit_nm=1"),
-                "radius_mm is said twice",
+                "radius_mm is given twice",
             ),
             (
                 Some("radius=5"),

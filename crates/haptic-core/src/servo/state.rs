@@ -186,7 +186,7 @@ impl fmt::Display for Fault {
             Self::Stale => "the device sent no new sample for too long",
             Self::MotorOff { watchdog: false } => "the device has switched its motor off",
             Self::MotorOff { watchdog: true } => {
-                "the device's watchdog has switched its motor off: it heard no command; `haptic-ctl timing` shows whether the \
+                "the device's watchdog has switched its motor off: it received no command; `haptic-ctl timing` shows whether the \
                  loop was late, and `haptic-ctl status` what the link lost"
             }
             Self::CommandsIgnored => {
@@ -202,7 +202,7 @@ impl fmt::Display for Fault {
             Self::StopButton => "stop_button: the rig's own stop button was pressed",
             Self::Stalled => "stalled: the loop stood still for longer than stale-ms while force flowed",
             Self::ControlLost => {
-                "control_lost: no stop could be heard: the machine gave the control thread no time, it hung, or nobody could \
+                "control_lost: no stop could be received: the machine gave the control thread no time, it hung, or nobody could \
                  reach its socket; the force was let down; `haptic-ctl doctor` checks the machine and the socket"
             }
             Self::StillEnabled => {

@@ -92,7 +92,7 @@ pub(super) fn isolation(status: Option<&Status>) -> Check {
     };
     let (isolated, tickless) = (list("isolated"), list("nohz_full"));
     let Some(status) = status else {
-        return Check::skip("isolation", "no daemon has said on which processor its loop runs");
+        return Check::skip("isolation", "no daemon reports on which processor its loop runs");
     };
     let Some(cpu) = status.real_time.cpu else {
         return Check::skip("isolation", "the real-time thread is not pinned to a processor");

@@ -234,7 +234,7 @@ impl Listener {
                     return Ok(None);
                 }
                 let longest = longest.as_secs_f64();
-                Err(End::Lost(format!("the daemon said nothing for {longest} s")))
+                Err(End::Lost(format!("the daemon sent nothing for {longest} s")))
             }
             Err(error) => Err(error.into()),
         }

@@ -55,8 +55,8 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         ui.heading("From a record of force and motion to a scene");
         ui.label(
             "Choose a recording, a CSV file of any laboratory, or what is seen of the rig; then press Identify. The \
-             mass, the friction in both directions and their 95 % intervals are found, and what the record cannot tell \
-             is said.",
+             mass, the friction in both directions and their 95 % intervals are found, and a value that the record does \
+             not determine is refused.",
         );
         show_choices(ui, model, intents);
     });

@@ -132,7 +132,7 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon, tuning: &Tuning, intents: &mut Vec
         // No tick has applied the scene that the daemon began with.
         (Some(revision), None | Some(0)) => format!("Revision {revision}"),
         (Some(revision), Some(tick)) => format!("Revision {revision}, applied at tick {tick}"),
-        (None, _) => "No scene heard of yet".to_owned(),
+        (None, _) => "No scene yet".to_owned(),
     };
     ui.horizontal(|ui| {
         ui.label(RichText::new(text).small().weak());

@@ -131,7 +131,7 @@ fn a_daemon_that_falls_silent_is_given_up() {
     let _daemon = Daemon::accept(&listener);
     bench.until_connected();
     let reason = bench.until_lost();
-    assert!(reason.contains("said nothing"), "{reason}");
+    assert!(reason.contains("sent nothing"), "{reason}");
 }
 
 // hazard: H28
@@ -140,7 +140,7 @@ fn a_daemon_that_sends_no_sample_is_reported_until_it_does() {
     let (bench, _listener, mut daemon) = introduced();
     let no_sample = |update| match update {
         Update::NoSample(lasts) => Some(lasts),
-        Update::Disconnected { reason, .. } if reason.contains("said nothing") => panic!("{reason}"),
+        Update::Disconnected { reason, .. } if reason.contains("sent nothing") => panic!("{reason}"),
         _ => None,
     };
     let long = Duration::from_millis(300);

@@ -202,7 +202,7 @@ fn a_fault_is_shown_with_its_reason_and_moves_nothing() {
 fn beside_a_long_fault_the_outcome_of_a_stop_is_whole() {
     let mut panel = connected(RigState::Engaged);
     let mut event = state_event(RigState::Faulted, 200);
-    event.fault = Some("control_lost: no stop could be heard, ".repeat(8));
+    event.fault = Some("control_lost: no stop could be received, ".repeat(8));
     hear(&mut panel, Update::Event(Event::State(event)));
     let outcome = panel.get_by_label_contains("Zero force since tick").rect();
     let fault = panel.get_by_label_contains("Fault: control_lost").rect();
