@@ -66,8 +66,8 @@ class Operations(ABC):
         return decoded(Description, self.request("describe"))
 
     def advise(self) -> AdviceReply:
-        """Every check of the active scene against the rig, such as stability and passivity. Whether it chatters, `engage` and
-        `set` try."""
+        """Every check of the active scene against the rig, such as stability and passivity. `engage` and `set` find out
+        whether it chatters."""
         return decoded(AdviceReply, self.request("advise"))
 
     def log(self, *, after: int | None = None, limit: int | None = None) -> list[JournalEntry]:
