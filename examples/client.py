@@ -53,7 +53,8 @@ if __name__ == "__main__":
         rig.request("subscribe", topics=["state"])
         rig.request("engage")  # the force rises along its ramp
         next(event for event in rig.events() if event["state"] == "engaged")
-        print("applied at tick", rig.request("set", params={"mass": 1.5, "Fs": 5.0}).get("tick", "(it was so already)"))
+        tick = rig.request("set", params={"mass": 1.5, "Fs": 5.0}).get("tick")
+        print("nothing to change: it was so already" if tick is None else f"applied at tick {tick}")
         print("the rig is", rig.request("stop")["state"])  # zero force in the next tick; only `reset` clears it
     except (OSError, Refused) as error:
         sys.exit(f"hapticd at {path}: {error}")

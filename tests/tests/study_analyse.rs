@@ -183,4 +183,9 @@ fn simulated_study_analysis_shows_movement_per_resistance() {
         ctl_offline_json(&["study", "analyse", &format!("{study}/trials.parquet")]),
         found
     );
+    // Its trials are not taken for those of another plan.
+    let plan = format!("{study}/plan.toml");
+    let changed = std::fs::read_to_string(&plan).expect("the plan") + "# changed\n";
+    std::fs::write(&plan, changed).expect("written");
+    ctl_offline_refused(&["study", "analyse", &study], 2, &["the plan was changed"]);
 }

@@ -85,7 +85,8 @@ class Fake(Closing):
         self._came_up.wait()
         if self._supervisor.poll() is not None or not self.path.exists():
             self.close()
-            raise HapticdError("hapticd did not come up:\n" + "".join(self.messages))
+            printed = "".join(self.messages) or "it ended without a word"
+            raise HapticdError(f"hapticd ({program}) did not come up:\n{printed}")
 
     def _listen(self, stderr: IO[str]) -> None:
         for line in stderr:

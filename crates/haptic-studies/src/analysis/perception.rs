@@ -2,7 +2,7 @@
 
 use super::error::{AnalysisError, Reason, Refusal};
 use super::paper;
-use crate::plan::{PerceptionPlan, Staircase};
+use crate::plan::{DROPPED_REVERSALS, PerceptionPlan, Staircase};
 use crate::trial::{Case, Method, Operator, PerceptionTrial};
 use haptic_lab::stats::mean::{Mean, clustered_mean};
 use haptic_lab::stats::psychometric::{Bootstrap, Level, MAX_LAPSE, Psychometric, bootstrap_clusters, by_level, fit};
@@ -10,8 +10,6 @@ use haptic_lab::stats::staircase::{StaircaseEstimate, staircase};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Reversals at the beginning of a staircase that do not count: it comes from far above.
-const DROPPED_REVERSALS: usize = 4;
 /// How often answers are drawn again for an interval.
 const DRAWS: usize = 500;
 
@@ -201,7 +199,7 @@ fn at_bounds(case: &CaseAnalysis) -> Vec<String> {
         if let Some(nearest) = nearest.filter(|_| fit.is_step(&found.levels)) {
             notes.push(format!(
                 "{of}: the answers jump at the level of {} N: any narrower function fits as well, so that it has no width, \
-                 and the threshold is at that level because no other was tested near it, so that it has no interval",
+                 and the threshold is near that level, the only one tested there, so that it has no interval",
                 nearest.level
             ));
         }
@@ -296,7 +294,7 @@ fn mean_of_reversals(trials: &[&PerceptionTrial], range: Option<&Staircase>) -> 
     let turns = trials.iter().filter(|one| one.reversal);
     let turns: Vec<(f64, bool)> = turns.map(|one| (one.level_n, one.correct)).collect();
     let levels: Vec<f64> = turns.iter().map(|(level_n, _)| *level_n).collect();
-    let estimate = staircase(&levels, DROPPED_REVERSALS)?;
+    let estimate = staircase(&levels, DROPPED_REVERSALS as usize)?;
     let ends = range.map(|range| {
         [
             // A correct answer turns it at the top, a wrong one at the bottom.

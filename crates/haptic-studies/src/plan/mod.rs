@@ -8,6 +8,7 @@ use super::order::{Order, places};
 use super::subject::Subject;
 pub use check::PlanError;
 pub use fitts::{Condition, Cursor, FittsPlan, MountedBlock, Resistance, RigMapping};
+pub(crate) use perception::DROPPED_REVERSALS;
 pub use perception::{Constant, PerceptionPlan, Staircase, Test};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -243,6 +244,12 @@ mod tests {
                 "correct_before_harder = 2",
                 "correct_before_harder = 0",
                 "tests.B.staircase.correct_before_harder = 0 is out of range: 1 to 10",
+            ),
+            (
+                perception,
+                "stop_after_reversals = 14",
+                "stop_after_reversals = 5",
+                "tests.B.staircase.stop_after_reversals = 5 is out of range: 6 to 10000",
             ),
             (
                 perception,

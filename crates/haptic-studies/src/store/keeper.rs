@@ -214,8 +214,10 @@ impl Keeper {
             let path = self.recording(is_practice, self.rows(is_practice) + 1);
             for path in [path.with_extension("part.mcap"), path] {
                 if path.exists() {
+                    // Also of one that was not whole.
+                    let named = self.recording(is_practice, self.rows(is_practice) + 1);
                     let free = (1..)
-                        .map(|number| path.with_extension(format!("unscored-{number}.mcap")))
+                        .map(|number| named.with_extension(format!("unscored-{number}.mcap")))
                         .find(|other| !other.exists());
                     let free = free.unwrap_or_else(|| path.clone());
                     fs::rename(&path, &free).map_err(at(&path))?;

@@ -79,6 +79,23 @@ fn bars_of_one_condition_stand_beside_one_another() {
 }
 
 #[test]
+fn tables_that_pool_two_blocks_of_the_baseline_say_so() {
+    let pooled = |trials: &[FittsTrial]| -> Vec<String> {
+        let files = fitts_files(&analysed(trials), &[], &SubjectTable::default(), "A study");
+        let has_note = |bytes: &[u8]| String::from_utf8_lossy(bytes).contains("baseline is the baseline");
+        let tables = files.into_iter().filter(|(name, _)| !name.ends_with(".html"));
+        tables
+            .filter(|(_, bytes)| has_note(bytes))
+            .map(|(name, _)| name)
+            .collect()
+    };
+    let of_both = ["throughput.md", "throughput.tex", "difficulty.md", "difficulty.tex"];
+    assert_eq!(pooled(&study()), of_both);
+    let once: Vec<FittsTrial> = study().into_iter().filter(|trial| trial.block != 1).collect();
+    assert!(pooled(&once).is_empty());
+}
+
+#[test]
 fn errors_are_counted_by_whole_ones() {
     let mut found = analysed(&study());
     found
