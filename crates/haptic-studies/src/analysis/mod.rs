@@ -99,7 +99,11 @@ pub fn fitts(
     let pooled_baseline = segments::pooled(&segments, baseline);
     notes.extend(pooled_baseline.clone());
     if differences.is_empty() {
-        let reason = format!("no subject has a segment of `{baseline}` and one of another resistance in one condition");
+        let mut reason =
+            format!("no subject has a segment of `{baseline}` and one of another resistance in one condition");
+        if baseline == BASELINE {
+            reason.push_str("; in a file the baseline has that name, in the folder of a study the plan's");
+        }
         refused.push(Refusal {
             what: "comparison with the baseline".to_owned(),
             why: reason.into(),

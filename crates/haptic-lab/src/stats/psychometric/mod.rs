@@ -62,7 +62,12 @@ pub fn fit(levels: &[Level]) -> Result<Psychometric, StatsError> {
     const SAME: f64 = 1e-4;
     let (width, is_step) = (found.width, found.is_step(levels));
     if found.probability(lowest) >= found.probability(found.threshold) - SAME {
-        return Err(StatsError::AtLowestLevel { lowest });
+        // With as many errors at large differences as a function may have, lower levels would not help.
+        return Err(if found.is_lapse_at_bound() {
+            StatsError::NoRise
+        } else {
+            StatsError::AtLowestLevel { lowest }
+        });
     }
     let is_low = is_step && found.probability(highest) <= 0.5 * (GUESS + 1.0) + SAME;
     if is_low || found.threshold >= highest {

@@ -97,6 +97,7 @@ fn what_has_no_threshold_is_refused_by_name() {
     assert!(refused(&[0, 0, 0]).starts_with("all 60 answers are wrong"));
     assert!(refused(&[18, 15, 12]).starts_with("answers do not get better"));
     assert!(refused(&[14, 14, 14]).starts_with("answers do not get better"));
+    assert!(refused(&[15, 20, 20, 16, 17, 16]).starts_with("answers do not get better"));
     // Nobody answered on the one side of an outermost level at which they jump.
     let lowest = "the threshold is at the lowest tested level, 1, or below it; test lower levels";
     let highest = "the threshold is at the highest tested level, 3, or above it; test higher levels";
