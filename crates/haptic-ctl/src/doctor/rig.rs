@@ -8,9 +8,37 @@ use std::path::{Path, PathBuf};
 pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
     let device = &status.device;
     let what = format!("{}, {}", status.state, device.description);
-    let state = match status.state {
+    let waiting = device.link.as_ref().and_then(|link| link.waiting.as_deref());
+    let is_gone = waiting.is_some() || status.state == RigState::Disconnected;
+    let state = state(status.state, what, status.fault.as_deref(), waiting);
+    let mut checks = vec![state];
+    let link = device.link.as_ref();
+    checks.extend(link.map(|link| self::link(&link.counts, is_gone, timer)));
+    checks.extend(
+        device
+            .rig_friction
+            .as_ref()
+            .filter(|_| !is_gone)
+            .map(|known| rig_friction(known, device)),
+    );
+    checks.extend(device.engage_refused.iter().map(refused));
+    if !status.broken_bounds.is_empty() {
+        let found = format!("{} breaks bounds: {}", status.scene, status.broken_bounds.join(", "));
+        checks.push(Check::warn("scene", found, "see `haptic-ctl advise`"));
+    }
+    checks
+}
+
+/// The state of the rig, and `waiting`, why it has no device.
+fn state(state: RigState, what: String, fault: Option<&str>, waiting: Option<&str>) -> Check {
+    match state {
+        RigState::Faulted | RigState::Stopped if let Some(why) = waiting => Check::fail(
+            "rig",
+            format!("{what}, and there is no device: {why}"),
+            "mend what it says, then `haptic-ctl reset`; `haptic-ctl devices` lists what is plugged in",
+        ),
         RigState::Faulted => {
-            let why = status.fault.as_deref().unwrap_or("for no known reason");
+            let why = fault.unwrap_or("for no known reason");
             let what = format!("{what}: {why}");
             if why.starts_with("still_enabled") {
                 Check::fail(
@@ -24,8 +52,7 @@ pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
         }
         RigState::Stopped => Check::warn("rig", what, "`haptic-ctl reset`"),
         RigState::Disconnected => {
-            let why = device.link.as_ref().and_then(|link| link.waiting.clone());
-            let why = why.unwrap_or_else(|| "no answer".to_owned());
+            let why = waiting.unwrap_or("no answer");
             let remedy = if why.contains("is not there") {
                 "plug it in, and see `haptic-ctl devices`"
             } else {
@@ -34,23 +61,7 @@ pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
             Check::fail("rig", format!("{what}: {why}"), remedy)
         }
         _ => Check::ok("rig", what),
-    };
-    let mut checks = vec![state];
-    let link = device.link.as_ref();
-    checks.extend(link.map(|link| self::link(&link.counts, status.state, timer)));
-    checks.extend(
-        device
-            .rig_friction
-            .as_ref()
-            .filter(|_| status.state != RigState::Disconnected)
-            .map(|known| rig_friction(known, device)),
-    );
-    checks.extend(device.engage_refused.iter().map(refused));
-    if !status.broken_bounds.is_empty() {
-        let found = format!("{} breaks bounds: {}", status.scene, status.broken_bounds.join(", "));
-        checks.push(Check::warn("scene", found, "see `haptic-ctl advise`"));
     }
-    checks
 }
 
 /// A reason why the rig would not engage.
@@ -101,11 +112,17 @@ impl LatencyTimer {
 }
 
 /// The quality of the link.
-fn link(counts: &LinkCounts, state: RigState, timer: Option<&LatencyTimer>) -> Check {
+fn link(counts: &LinkCounts, is_gone: bool, timer: Option<&LatencyTimer>) -> Check {
     let found = format!(
         "{} samples, {} lost, {} late, {} with a bad CRC, {} malformed",
         counts.samples, counts.lost, counts.late, counts.bad_crc, counts.malformed
     );
+    if is_gone {
+        return Check::skip(
+            "link",
+            format!("no samples while the rig is disconnected; so far {found}"),
+        );
+    }
     // One in a thousand is felt.
     let many = |count: u64| count * 1000 > counts.samples;
     if many(counts.lost + counts.bad_crc + counts.malformed) {
@@ -137,16 +154,10 @@ fn link(counts: &LinkCounts, state: RigState, timer: Option<&LatencyTimer>) -> C
              whether it helped",
         );
     }
-    match state {
-        RigState::Disconnected => Check::skip(
-            "link",
-            format!("no samples while the rig is disconnected; so far {found}"),
-        ),
-        _ if counts.samples == 0 => {
-            Check::warn("link", "no sample has come yet", "see `haptic-ctl status` in a second")
-        }
-        _ => Check::ok("link", found),
+    if counts.samples == 0 {
+        return Check::warn("link", "no sample has come yet", "see `haptic-ctl status` in a second");
     }
+    Check::ok("link", found)
 }
 
 /// The scheduling of the real-time thread, and what it lacks.
@@ -200,11 +211,24 @@ mod tests {
             late,
             ..LinkCounts::default()
         };
-        let link = |counts, state| link(&counts, state, None);
-        assert_eq!(link(counts(0, 0), RigState::Disconnected).level, Level::Skip);
-        assert_eq!(link(counts(0, 0), RigState::Idle).level, Level::Warn);
-        assert_eq!(link(counts(100_000, 99), RigState::Idle).level, Level::Ok);
-        assert_eq!(link(counts(100_000, 101), RigState::Idle).level, Level::Warn);
+        let link = |counts, is_gone| link(&counts, is_gone, None);
+        assert_eq!(link(counts(0, 0), true).level, Level::Skip);
+        assert_eq!(link(counts(0, 0), false).level, Level::Warn);
+        assert_eq!(link(counts(100_000, 99), false).level, Level::Ok);
+        assert_eq!(link(counts(100_000, 101), false).level, Level::Warn);
+    }
+
+    #[test]
+    fn a_faulted_rig_whose_device_is_gone_is_not_only_reset() {
+        let fault = |why, waiting| state(RigState::Faulted, "faulted, a rig".to_owned(), Some(why), waiting);
+        let gone = fault("stale", Some("/dev/ttyACM0 is not there"));
+        assert!(
+            gone.level == Level::Fail && gone.found.contains("is not there"),
+            "{gone:?}"
+        );
+        assert_eq!(fault("stale", None).fix.as_deref(), Some("`haptic-ctl reset`"));
+        let on = fault("still_enabled: the motor is on", None).fix;
+        assert!(on.is_some_and(|fix| fix.contains("cut the motor's power")));
     }
 
     #[test]
@@ -239,7 +263,7 @@ mod tests {
             late: 1400,
             ..LinkCounts::default()
         };
-        let fix = |timer: Option<LatencyTimer>| link(&late, RigState::Idle, timer.as_ref()).fix.expect("a fix");
+        let fix = |timer: Option<LatencyTimer>| link(&late, false, timer.as_ref()).fix.expect("a fix");
         let message = fix(timer("16\n"));
         assert!(
             message.contains("ttyUSB0/latency_timer") && message.contains("ATTR{latency_timer}"),
@@ -249,6 +273,6 @@ mod tests {
         assert!(fix(timer("1\n")).contains("hub"));
         assert!(fix(LatencyTimer::of_node(folder.path(), folder.path())).contains("hub"));
         let few = LinkCounts { late: 0, ..late };
-        assert_eq!(link(&few, RigState::Idle, timer("16").as_ref()).level, Level::Ok);
+        assert_eq!(link(&few, false, timer("16").as_ref()).level, Level::Ok);
     }
 }

@@ -1,6 +1,7 @@
 //! The faults, stops and disconnections of a recording, for its last line.
 
 use crate::output::count;
+use crate::recording::summary::is_upset;
 use haptic_ipc::{Event, RigState};
 use std::fmt;
 
@@ -60,8 +61,8 @@ impl Upsets {
                 }
             }
             Event::State(event) => {
-                let is_new = std::mem::replace(&mut self.state, event.state) != event.state;
-                let kind = UpsetKind::of(event.state, event.fault.as_ref()).filter(|_| is_new);
+                let before = std::mem::replace(&mut self.state, event.state);
+                let kind = UpsetKind::of(event.state, event.fault.as_ref()).filter(|_| is_upset(before, event.state));
                 self.found.extend(kind.map(|kind| Upset { tick: event.tick, kind }));
             }
             _ => {}
@@ -165,6 +166,7 @@ mod tests {
         upsets.take(&state(3100, RigState::Idle, None));
         upsets.take(&state(3200, RigState::Stopped, None));
         upsets.take(&state(3300, RigState::Faulted, Some("late")));
+        upsets.take(&state(3350, RigState::Idle, None));
         upsets.take(&state(3400, RigState::Disconnected, None));
         upsets.take(&state(5000, RigState::Stopped, None));
         upsets.take(&rows([3001, 4000]));
@@ -179,6 +181,9 @@ mod tests {
         let mut upsets = Upsets::new(RigState::Faulted, 1000.0);
         upsets.take(&state(900, RigState::Faulted, Some("stalled")));
         upsets.take(&rows([1000, 3000]));
+        assert_eq!(upsets.to_string(), "");
+        // A reset finds the rig as it was.
+        upsets.take(&state(2000, RigState::Disconnected, None));
         assert_eq!(upsets.to_string(), "");
     }
 }

@@ -1,6 +1,6 @@
 //! `recording info`: what a recording holds.
 
-use super::summary::{Disorder, Event, EventKind, Summary};
+use super::summary::{Disorder, Event, EventKind, Summary, is_upset};
 use super::unreadable;
 use crate::failure::Failure;
 use crate::output::count;
@@ -183,9 +183,20 @@ fn lost(summary: &Summary) -> String {
 
 /// How often the rig was stopped, faulted and lost.
 fn faults(summary: &Summary) -> String {
+    let states: Vec<RigState> = summary
+        .events
+        .iter()
+        .filter_map(|event| match &event.what {
+            EventKind::State { state, .. } => Some(*state),
+            _ => None,
+        })
+        .collect();
+    // The first is that in which the recording began.
     let times = |wanted: RigState| {
-        let is_wanted = |event: &&Event| matches!(&event.what, EventKind::State { state, .. } if *state == wanted);
-        summary.events.iter().filter(is_wanted).count() as u64
+        let upsets = states
+            .windows(2)
+            .filter(|pair| pair[1] == wanted && is_upset(pair[0], pair[1]));
+        upsets.count() as u64
     };
     let stops_and_faults = match (times(RigState::Stopped), times(RigState::Faulted)) {
         (0, 0) => "none".to_owned(),

@@ -237,6 +237,13 @@ impl Summary {
     }
 }
 
+/// Whether a state of the rig is one that something has brought about, after another. A reset leads from a stop or a
+/// fault to a rig that was disconnected before.
+pub(crate) fn is_upset(before: RigState, state: RigState) -> bool {
+    let is_reset = matches!(before, RigState::Stopped | RigState::Faulted) && state == RigState::Disconnected;
+    before != state && !is_reset
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -64,10 +64,14 @@ fn link_and_thread(status: &Status, doubtful: impl Fn(u64) -> Style) -> Vec<Line
     match &status.device.link {
         None => lines.push(Line::from("rig: in the daemon itself")),
         Some(link) => {
-            lines.push(Line::from(format!(
-                "link: {:.0} us (max {:.0}), {:.0} us old",
-                link.round_trip_us, link.round_trip_max_us, link.age_us
-            )));
+            // Without a device the times are of the one that is gone.
+            lines.push(Line::from(match &link.waiting {
+                Some(why) => format!("no rig: {why}"),
+                None => format!(
+                    "link: {:.0} us (max {:.0}), {:.0} us old",
+                    link.round_trip_us, link.round_trip_max_us, link.age_us
+                ),
+            }));
             let counts = &link.counts;
             let bad = counts.lost + counts.bad_crc + counts.malformed;
             let text = format!(

@@ -255,21 +255,24 @@ impl Snapshot {
 fn link(families: &mut Families<'_>, link: &LinkStatus) -> fmt::Result {
     let connected = f64::from(u8::from(link.device.is_some()));
     families.gauge("hapticd_link_connected", "Whether a device is connected.", connected)?;
-    families.gauge(
-        "hapticd_link_round_trip_seconds",
-        "Command to answer, on average.",
-        link.round_trip_us * 1e-6,
-    )?;
-    families.gauge(
-        "hapticd_link_round_trip_max_seconds",
-        "Command to answer, at most.",
-        link.round_trip_max_us * 1e-6,
-    )?;
-    families.gauge(
-        "hapticd_link_sample_age_seconds",
-        "Age of the newest sample.",
-        link.age_us * 1e-6,
-    )?;
+    // Without a device they would be of the one that is gone.
+    if link.device.is_some() {
+        families.gauge(
+            "hapticd_link_round_trip_seconds",
+            "Command to answer, on average.",
+            link.round_trip_us * 1e-6,
+        )?;
+        families.gauge(
+            "hapticd_link_round_trip_max_seconds",
+            "Command to answer, at most.",
+            link.round_trip_max_us * 1e-6,
+        )?;
+        families.gauge(
+            "hapticd_link_sample_age_seconds",
+            "Age of the newest sample when it was used; none without a device.",
+            link.age_us * 1e-6,
+        )?;
+    }
     if let Some(drift_ppm) = link.clock_drift_ppm {
         families.gauge(
             "hapticd_link_clock_drift_ratio",
