@@ -10,6 +10,7 @@ tried.
 """
 
 import argparse
+import fcntl
 import os
 import random
 import select
@@ -145,6 +146,8 @@ class Line:
 
     def __init__(self, path, baud):
         self.descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        # The superuser may open it beside hapticd, which holds this lock.
+        fcntl.flock(self.descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         tty.setraw(self.descriptor, termios.TCSANOW)
         settings = termios.tcgetattr(self.descriptor)
         settings[4] = settings[5] = getattr(termios, f"B{baud}")

@@ -215,6 +215,11 @@ impl Findings {
         }
         if let Some(grip) = self.grip() {
             text.push_str(&format!("\n{grip}"));
+        } else if self.path.is_some() {
+            text.push_str(
+                "\nNo grip was found that it bears with a factor of two, as where the link or the machine was late: scenes \
+                 with `coupling = \"rig\"` have a calm one. Commission it again for a stiffer one",
+            );
         }
         if let Some(revision) = self.scene_revision {
             text.push_str(&format!("\nThe active scene has this grip, as revision {revision}"));
