@@ -20,7 +20,7 @@ class Hapticd:
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.socket.connect(path)
         self.lines = self.socket.makefile("r", encoding="utf-8")  # one JSON object a line
-        self.ids, self.heard = itertools.count(1), []
+        self.ids, self.early = itertools.count(1), []
         if error := (first := self.read()).get("error"):  # the server speaks first
             raise Refused(error)
         self.hello = first["hello"]
@@ -34,14 +34,14 @@ class Hapticd:
         asked = next(self.ids)
         self.socket.sendall(json.dumps({"id": asked, "op": op, **fields}).encode() + b"\n")
         while (line := self.read()).get("id", "event") != asked:  # events may come in between
-            self.heard.append(line)
+            self.early.append(line)
         if "error" in line:
             raise Refused(line["error"])
         return line["ok"]
 
     def events(self):  # what was subscribed to, for ever
         while True:
-            yield self.heard.pop(0) if self.heard else self.read()
+            yield self.early.pop(0) if self.early else self.read()
 
 
 if __name__ == "__main__":
@@ -53,8 +53,7 @@ if __name__ == "__main__":
         rig.request("subscribe", topics=["state"])
         rig.request("engage")  # the force rises along its ramp
         next(event for event in rig.events() if event["state"] == "engaged")
-        tick = rig.request("set", params={"mass": 1.5, "Fs": 5.0}).get("tick")
-        print("nothing to change: it was so already" if tick is None else f"applied at tick {tick}")
+        print("tick of the change:", rig.request("set", params={"mass": 1.5, "Fs": 5.0}).get("tick", "none, it was so already"))
         print("the rig is", rig.request("stop")["state"])  # zero force in the next tick; only `reset` clears it
     except (OSError, Refused) as error:
         sys.exit(f"hapticd at {path}: {error}")
