@@ -167,3 +167,20 @@ fn cell(ui: &mut Ui, text: RichText) -> egui::Response {
     });
     cell.inner
 }
+
+#[cfg(test)]
+mod tests {
+    use super::as_fine_as;
+
+    #[test]
+    fn a_mean_has_the_decimals_of_its_signal_and_its_own_digits() {
+        for (mean, greatest, text) in [
+            (-0.778, 11.2, "-0.8"),
+            (-0.778, 1.12, "-0.78"),
+            (-0.004, 11.2, "0.0"),
+            (1234.0, 5000.0, "1234"),
+        ] {
+            assert_eq!(as_fine_as(mean, -greatest, greatest), text);
+        }
+    }
+}
