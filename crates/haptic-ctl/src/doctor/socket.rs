@@ -53,7 +53,11 @@ pub(super) fn fix(path: &Path, failure: &Failure) -> String {
         Some(ErrorCode::NotPermitted) => "see the check of the permission".to_owned(),
         _ => match socket_path::unit(path) {
             Some(unit) => format!("restart it, which takes the force away: `sudo systemctl restart {unit}`"),
-            None => "end its process, which takes the force away, and start it again".to_owned(),
+            None => {
+                "end its process, which takes the force away, and start it again: `pgrep -a hapticd` lists it, and one \
+                     that is stopped ends by `kill -9 PID`"
+                    .to_owned()
+            }
         },
     }
 }
