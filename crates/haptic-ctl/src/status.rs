@@ -111,15 +111,12 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
         let text = format!("{waiting} changes{named} from tick {next_tick} to {last_tick}, by {by}");
         ("scheduled", text)
     }));
-    // Of a rig that is gone nothing is known.
-    let link = status.device.link.as_ref();
-    let is_waiting = link.is_some_and(|link| link.waiting.is_some());
     rows.extend(
         status
             .device
             .rig_friction
             .iter()
-            .filter(|_| status.state != RigState::Disconnected && !is_waiting)
+            .filter(|_| status.has_device())
             .map(|friction| ("rig friction", rig_friction(friction))),
     );
     rows

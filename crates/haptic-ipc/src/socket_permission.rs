@@ -4,7 +4,8 @@ use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
 /// What a user does who may not use a socket, or may not enter the directory that hides it.
-pub(crate) fn remedy(socket: &Path) -> String {
+#[must_use]
+pub fn remedy(socket: &Path) -> String {
     let visible = socket.ancestors().find_map(|path| Some((path, path.metadata().ok()?)));
     let Some((closed, found)) = visible else {
         return "the daemon's user can open it".to_owned();

@@ -77,6 +77,13 @@ pub struct Status {
 }
 
 impl Status {
+    /// Whether there is a device. A stop or a fault outlasts one that is gone.
+    #[must_use]
+    pub fn has_device(&self) -> bool {
+        let link = self.device.link.as_ref();
+        self.state != RigState::Disconnected && link.is_none_or(|link| link.waiting.is_none())
+    }
+
     /// The force that is commanded on the hand, N: with its sign on a rig of one axis, on one of two its length.
     #[must_use]
     pub fn force_on_hand_n(&self) -> f64 {

@@ -171,6 +171,7 @@ impl App {
             settings_thread.look(&self.model, ctx, &self.files.writer());
         }
         self.look_after_fake_rig(ctx);
+        self.model.view.has_own_rig = self.fake_rig.is_some();
         let (intents, wait) = self.model.due(Instant::now());
         for intent in intents {
             self.carry_out(ctx, intent);
@@ -222,7 +223,6 @@ impl App {
                     Ok(started) => {
                         self.connection.set_own_rig(Some((started.pid(), stops)));
                         self.fake_rig = Some(started);
-                        self.model.view.has_own_rig = true;
                         self.model.view.file_notice = None;
                     }
                     Err(why) => self.model.view.file_notice = Some(Notice::new(Err(why))),
@@ -250,7 +250,6 @@ impl App {
         let Some(fake_rig) = &mut self.fake_rig else { return };
         if let Some(why) = fake_rig.end() {
             self.fake_rig = None;
-            self.model.view.has_own_rig = false;
             self.connection.set_own_rig(None);
             self.model.view.file_notice = Some(Notice::new(Err(why)));
         } else if !self.model.is_connected() {

@@ -61,6 +61,13 @@ pub(crate) fn sentence_case(name: &str) -> String {
 
 /// A number with `digits` significant digits, without an exponent.
 pub(crate) fn significant(value: f64, digits: usize) -> String {
+    let decimals = decimals(value, digits);
+    let text = format!("{value:.decimals$}");
+    if is_zero(&text) { "0".to_owned() } else { text }
+}
+
+/// Decimals with which a number has so many digits.
+pub(crate) fn decimals(value: f64, digits: usize) -> usize {
     let digits = i32::try_from(digits).unwrap_or(i32::MAX);
     #[expect(clippy::cast_possible_truncation, reason = "the exponent of a number is below 309")]
     let magnitude = if value == 0.0 {
@@ -68,14 +75,20 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
     } else {
         value.abs().log10().floor() as i32
     };
-    let decimals = usize::try_from((digits - 1 - magnitude).clamp(0, 9)).unwrap_or(0);
+    usize::try_from((digits - 1 - magnitude).clamp(0, 9)).unwrap_or(0)
+}
+
+/// A number of decimals, without the sign of "-0.00", which would flicker around rest.
+pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
-    // No "-0.00".
-    if text.trim_start_matches(['-', '0', '.']).is_empty() {
-        "0".to_owned()
-    } else {
-        text
+    match text.strip_prefix('-') {
+        Some(zero) if is_zero(zero) => zero.to_owned(),
+        _ => text,
     }
+}
+
+fn is_zero(text: &str) -> bool {
+    text.trim_start_matches(['-', '0', '.']).is_empty()
 }
 
 #[cfg(test)]

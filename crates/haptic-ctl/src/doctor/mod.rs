@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::{devices, hint, output};
 use check::{Check, Level};
 use haptic_ipc::socket_path::{self, NamedSocket, is_rig_name};
-use haptic_ipc::{ClientError, DevicesReply, Request, RigState, Status};
+use haptic_ipc::{ClientError, DevicesReply, Request, Status};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -46,10 +46,6 @@ pub(crate) async fn run_all(sockets: Vec<NamedSocket>, json: bool) -> Result<(),
     outcome(&all)
 }
 
-fn has_rig(status: Option<&Status>) -> bool {
-    status.is_some_and(|status| status.state != RigState::Disconnected)
-}
-
 async fn checks(path: &Path) -> Vec<Check> {
     let mut checks = Vec::new();
     let mut status = None;
@@ -69,7 +65,7 @@ async fn checks(path: &Path) -> Vec<Check> {
                 Err(failure) => checks.push(Check::fail("daemon", failure.to_string(), socket::fix(path, &failure))),
             }
             match found_devices {
-                Ok(found) => checks.extend(rig::devices(&found, has_rig(status.as_ref()))),
+                Ok(found) => checks.extend(rig::devices(&found, status.as_ref().is_some_and(Status::has_device))),
                 Err(failure) => checks.push(Check::warn("devices", failure.to_string(), "see `haptic-ctl devices`")),
             }
         }

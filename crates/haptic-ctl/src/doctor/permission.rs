@@ -2,7 +2,7 @@
 
 use super::check::Check;
 use crate::failure::Failure;
-use haptic_ipc::socket_permission::{group_name, user_name};
+use haptic_ipc::socket_permission::{group_name, remedy, user_name};
 use haptic_ipc::{ClientError, ErrorCode};
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
@@ -63,10 +63,16 @@ pub(super) fn permission(path: &Path, failure: Option<&Failure>) -> Check {
     // A directory that keeps others out hides the socket; it has the same owner and group.
     let directory = || std::fs::metadata(path.parent()?).ok();
     let Some(found) = std::fs::metadata(path).ok().or_else(directory) else {
-        return match path.ancestors().find(|place| place.exists()) {
-            Some(closed) if tried == ConnectResult::KeptOut => kept_out_by(closed),
-            _ => Check::skip(PERMISSION, "there is no socket"),
-        };
+        if tried != ConnectResult::KeptOut {
+            return Check::skip(PERMISSION, "there is no socket");
+        }
+        // A directory further up is closed: whose the socket is cannot be seen.
+        let me = user_name(nix::unistd::geteuid().as_raw());
+        return Check::fail(
+            PERMISSION,
+            format!("{me} may not pass to {}", path.display()),
+            remedy(path),
+        );
     };
     let socket = SocketFile {
         path,
@@ -78,18 +84,6 @@ pub(super) fn permission(path: &Path, failure: Option<&Failure>) -> Check {
 }
 
 const PERMISSION: &str = "permission";
-
-/// A directory further up is closed to this user: whose the socket is cannot be seen.
-fn kept_out_by(directory: &Path) -> Check {
-    let (me, directory) = (user_name(nix::unistd::geteuid().as_raw()), directory.display());
-    Check::fail(
-        PERMISSION,
-        format!("{me} may not pass the directory {directory}"),
-        format!(
-            "run haptic-ctl as the daemon's user, or ask the owner of {directory} to open it (`ls -ld {directory}`)"
-        ),
-    )
-}
 
 /// A socket, or the directory that hides it.
 #[derive(Clone, Copy)]

@@ -9,16 +9,15 @@ pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
     let device = &status.device;
     let what = format!("{}, {}", status.state, device.description);
     let waiting = device.link.as_ref().and_then(|link| link.waiting.as_deref());
-    let is_gone = waiting.is_some() || status.state == RigState::Disconnected;
     let state = state(status.state, what, status.fault.as_deref(), waiting);
     let mut checks = vec![state];
     let link = device.link.as_ref();
-    checks.extend(link.map(|link| self::link(&link.counts, is_gone, timer)));
+    checks.extend(link.map(|link| self::link(&link.counts, !status.has_device(), timer)));
     checks.extend(
         device
             .rig_friction
             .as_ref()
-            .filter(|_| !is_gone)
+            .filter(|_| status.has_device())
             .map(|known| rig_friction(known, device)),
     );
     checks.extend(device.engage_refused.iter().map(refused));

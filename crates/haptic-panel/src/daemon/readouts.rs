@@ -6,6 +6,7 @@ use crate::tape::plane::Component;
 use crate::tape::signal::MM_PER_M;
 use crate::tapes::Tapes;
 use crate::theme::{Palette, SMALLEST_TEXT};
+use crate::words::fixed;
 use egui::{Color32, Label, RichText, Ui};
 use haptic_ipc::Sample;
 
@@ -33,11 +34,11 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     let gone = daemon.staleness().or(is_old.then_some(Staleness::Gone));
     let staleness = gone.or_else(|| is_device_silent(tapes.live()).then_some(Staleness::DeviceSilent));
     let staleness = staleness.filter(|_| sample.is_some());
-    let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample), 2));
+    let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| short(of(sample), 2));
     let on_plane = |component| tapes.live().component(component).and_then(Tape::last);
     let y = on_plane(Component::Y);
     let place = |of: fn(&Sample) -> f64| match sample.zip(y) {
-        Some((x, y)) => format!("{}, {}", fixed(of(x), 1), fixed(of(y), 1)),
+        Some((x, y)) => format!("{}, {}", short(of(x), 1), short(of(y), 1)),
         None => value(of),
     };
     // Without force there is no surface to touch.
@@ -53,7 +54,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     };
     // On a plane the length of the force.
     let force = on_plane(Component::Length).or(sample);
-    let force = force.map_or_else(|| "–".to_owned(), |sample| fixed(sample.command_force_n, 2));
+    let force = force.map_or_else(|| "–".to_owned(), |sample| short(sample.command_force_n, 2));
     let device = place(|sample| sample.device_position_m * MM_PER_M);
     let has_block = daemon.mirror.has_block();
     let (block, block_unit) = if has_block {
@@ -105,14 +106,10 @@ fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Col
     });
 }
 
-/// A number of decimals, without the "-0.00" that would flicker around rest.
-fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    match text.strip_prefix('-') {
-        Some(zero) if zero.chars().all(|digit| matches!(digit, '0' | '.')) => zero.to_owned(),
-        _ if text.len() > 9 => format!("{value:.2e}"),
-        _ => text,
-    }
+/// A number of decimals, short enough for its place.
+fn short(value: f64, decimals: usize) -> String {
+    let text = fixed(value, decimals);
+    if text.len() > 9 { format!("{value:.2e}") } else { text }
 }
 
 #[cfg(test)]
@@ -122,10 +119,10 @@ mod tests {
     #[test]
     fn readouts_keep_their_width() {
         for (value, text) in [(-0.001, "0.00"), (-12.345, "-12.35"), (1e300, "1.00e300")] {
-            assert_eq!(fixed(value, 2), text);
+            assert_eq!(short(value, 2), text);
         }
         assert_eq!(
-            (fixed(-0.04, 1), fixed(-0.06, 1)),
+            (short(-0.04, 1), short(-0.06, 1)),
             ("0.0".to_owned(), "-0.1".to_owned())
         );
     }

@@ -6,7 +6,7 @@ use crate::plots::measure::difference::{self, difference};
 use crate::plots::measure::results::{Measuring, Row};
 use crate::plots::measure::statistics::Statistics;
 use crate::tapes::Tapes;
-use crate::words::significant;
+use crate::words::{decimals, fixed, significant};
 use egui::style::ScrollStyle;
 use egui::{Align, Label, Layout, RichText, ScrollArea, Ui, WidgetInfo, vec2};
 use std::time::Duration;
@@ -149,14 +149,10 @@ fn show_row(ui: &mut Ui, row: &Row, zero_s: f64) {
 /// A mean without the decimals that its signal, of these ends, is shown without.
 fn as_fine_as(mean: f64, least: f64, greatest: f64) -> String {
     let size = least.abs().max(greatest.abs());
-    let whole = significant(size, DIGITS);
-    let decimals = whole.split_once('.').map_or(0, |(_, decimals)| decimals.len());
-    let text = format!("{mean:.decimals$}");
-    // No "-0.00".
-    match text.strip_prefix('-') {
-        Some(zero) if zero.trim_start_matches(['0', '.']).is_empty() => zero.to_owned(),
-        _ => text,
+    if size == 0.0 {
+        return significant(mean, DIGITS);
     }
+    fixed(mean, decimals(size, DIGITS))
 }
 
 fn cell(ui: &mut Ui, text: RichText) -> egui::Response {

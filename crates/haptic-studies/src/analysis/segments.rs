@@ -152,8 +152,7 @@ fn segment<'a>(
 /// others, and in its turn.
 pub(super) fn pooled(segments: &[Segment<'_>], baseline: &str) -> Option<String> {
     let mut blocks: BTreeMap<_, usize> = BTreeMap::new();
-    let of_baseline = || segments.iter().filter(|segment| segment.resistance == baseline);
-    for segment in of_baseline() {
+    for segment in segments.iter().filter(|segment| segment.resistance == baseline) {
         *blocks.entry((segment.subject, segment.condition)).or_default() += 1;
     }
     let is_pooled = blocks.values().any(|blocks| *blocks > 1);

@@ -211,13 +211,11 @@ impl Keeper {
     /// Gives recordings without a row another name: the trial is done again.
     fn set_unscored_aside(&self) -> Result<(), StoreError> {
         for is_practice in [true, false] {
-            let path = self.recording(is_practice, self.rows(is_practice) + 1);
-            for path in [path.with_extension("part.mcap"), path] {
+            let whole = self.recording(is_practice, self.rows(is_practice) + 1);
+            for path in [whole.with_extension("part.mcap"), whole.clone()] {
                 if path.exists() {
-                    // Also of one that was not whole.
-                    let named = self.recording(is_practice, self.rows(is_practice) + 1);
                     let free = (1..)
-                        .map(|number| named.with_extension(format!("unscored-{number}.mcap")))
+                        .map(|number| whole.with_extension(format!("unscored-{number}.mcap")))
                         .find(|other| !other.exists());
                     let free = free.unwrap_or_else(|| path.clone());
                     fs::rename(&path, &free).map_err(at(&path))?;

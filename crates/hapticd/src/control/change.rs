@@ -6,7 +6,7 @@ use crate::control::peer::Requester;
 use crate::control::rig::schedule::NewChange;
 use crate::control::rig::{Compiled, Suited};
 use crate::control::{RigHandle, advise, exclusive_use, judge, library};
-use haptic_core::scene::{Coupling, FileCoupling};
+use haptic_core::scene::FileCoupling;
 use haptic_core::{Direction, ParameterKey, Scene};
 use haptic_ipc::{
     ChangeOptions, ChangeReply, Changes, Difference, ErrorCode, JournalEntry, SceneRef, Value, WireError, differences,
@@ -138,29 +138,25 @@ async fn retrace(
 /// to the rig, and where nobody has named a scene and the rig bears only a softer one. As long as nobody has changed
 /// the scene since, and no force may flow.
 pub(super) fn suit_the_rig(rig: &RigHandle) {
-    let Some(suited) = rig.known.suited.borrow().clone() else {
-        return;
-    };
     let (newest, before) = rig.base(false);
-    if newest != suited.revision || rig.channel.may_have_force() || refuse_others(rig).is_err() {
+    let suited = match &*rig.known.suited.borrow() {
+        Some(suited) if suited.revision == newest => suited.clone(),
+        _ => return,
+    };
+    if rig.channel.may_have_force() || refuse_others(rig).is_err() {
         return;
     }
     let (file, of) = (&suited.file, rig.known.coupling_owner());
     // A delay is measured anew each time, and changes nothing twice.
-    if !of.1 && of == suited.of {
+    if !of.is_commissioned && of == suited.of {
         return;
     }
-    let coupling = rig.known.coupling();
-    let is_softer = |coupling: &Coupling| match file.coupling {
-        Some(FileCoupling::Own(own)) => coupling.stiffness < own.stiffness,
-        _ => true,
-    };
-    let scene = match coupling.filter(is_softer) {
-        Some(coupling) if file.coupling.is_some() => Scene {
-            coupling: Some(coupling),
+    let scene = match (&file.coupling, rig.known.coupling()) {
+        (Some(FileCoupling::Own(own)), Some(softer)) if softer.stiffness < own.stiffness => Scene {
+            coupling: Some(softer),
             ..file.clone().on(None)
         },
-        _ => file.clone().on(None),
+        (_, of_rig) => file.clone().on(of_rig),
     };
     let is_now = |revision| {
         let (file, of) = (file.clone(), of.clone());

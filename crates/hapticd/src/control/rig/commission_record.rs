@@ -85,8 +85,8 @@ pub(in crate::control) struct Records {
     cached: RefCell<Option<(u64, Instant, CommissionState)>>,
     /// The connection that was stated, or shown, to be of the commissioned rig.
     confirmed: Cell<Option<u64>>,
-    /// Rigs whose motor has moved the handle the wrong way, until they are commissioned again; of one without a serial number
-    /// the connection, as the next may be of another.
+    /// Rigs whose motor has moved the handle the wrong way, until they are commissioned again; of one without a serial
+    /// number the connection, as the next may be of another.
     refuted: RefCell<BTreeMap<String, Option<u64>>>,
     folder: RigFolder,
     kinematics: Option<Kinematics>,

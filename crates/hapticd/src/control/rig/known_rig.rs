@@ -60,8 +60,14 @@ pub(in crate::control) struct KnownRig {
     pub(in crate::control) searches: Workers,
 }
 
-/// The rig that gives a coupling: its key, if there is one, and whether the coupling is from its commissioning.
-pub(in crate::control) type CouplingOwner = (Option<String>, bool);
+/// The rig that gives a coupling.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(in crate::control) struct CouplingOwner {
+    /// The rig, if there is one.
+    key: Option<String>,
+    /// Whether its commissioning found the coupling.
+    pub(in crate::control) is_commissioned: bool,
+}
 
 /// A scene that has the coupling of a rig.
 #[derive(Clone, Debug)]
@@ -121,7 +127,7 @@ impl KnownRig {
         let first = |file| Suited {
             file,
             revision: FIRST_REVISION,
-            of: (None, false),
+            of: CouplingOwner::default(),
         };
         Self {
             records: Records::new(facts.kinematics),
@@ -140,8 +146,10 @@ impl KnownRig {
 
     /// Which coupling [`Self::coupling`] is now.
     pub(in crate::control) fn coupling_owner(&self) -> CouplingOwner {
-        let key = self.device().map(|device| device.rig.key);
-        (key, self.commissioned_coupling().is_some())
+        CouplingOwner {
+            key: self.device().map(|device| device.rig.key),
+            is_commissioned: self.commissioned_coupling().is_some(),
+        }
     }
 
     /// The number of the connection to the device; 0 without a device.

@@ -44,13 +44,12 @@ pub(in crate::control) fn gentler(scene: &Scene, rig: &TrialRig) -> Option<Gentl
     // One that the adviser finds stable too, if there is one; with less damping too where that saves much stiffness.
     let [alone, with_damping] = attempts.map(|of| found(of, is_stable));
     let stiffness = |changes: &Gentler| changes.first().map_or(0.0, |(_, value)| *value);
-    let saves = |alone: &Gentler| {
-        with_damping
-            .as_ref()
-            .is_none_or(|both| stiffness(both) <= FACTOR * stiffness(alone))
-    };
-    let any = || attempts.into_iter().find_map(|of| found(of, |_, _| true));
-    alone.filter(saves).or(with_damping.clone()).or_else(any)
+    match (alone, with_damping) {
+        (Some(alone), Some(both)) if stiffness(&both) > FACTOR * stiffness(&alone) => Some(both),
+        (alone, both) => alone
+            .or(both)
+            .or_else(|| attempts.into_iter().find_map(|of| found(of, |_, _| true))),
+    }
 }
 
 /// Whether a block's grip is stable against a stuck block, as the adviser has it.
