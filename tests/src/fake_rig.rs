@@ -3,10 +3,11 @@
 
 use crate::{Daemon, binary, pull_until, wait_for_state};
 use haptic_ipc::{Client, RigState};
+use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 
 /// A running fake rig. It ends with the test.
 #[derive(Debug)]
@@ -110,6 +111,12 @@ impl FakeRig {
     /// Has something go wrong; returns when it does.
     pub fn fail(&mut self, fault: &str) {
         assert_eq!(self.ask(fault), format!("done {fault}"));
+    }
+
+    /// Ends it by a signal; its directory stays as it leaves it.
+    pub fn end(mut self, signal: Signal) -> ExitStatus {
+        kill_process(Pid::from_child(&self.child), signal).expect("it runs");
+        self.child.wait().expect("it ends")
     }
 
     /// What its motor does.

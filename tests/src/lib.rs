@@ -323,11 +323,10 @@ impl Drop for Daemon {
     }
 }
 
-/// Runs haptic-ctl against a socket.
+/// Runs haptic-ctl against a socket, as a person whose shell knows it: a command that it advises names none.
 pub fn ctl(socket: &Path, arguments: &[&str]) -> Output {
     Command::new(binary("haptic-ctl"))
-        .arg("--socket")
-        .arg(socket)
+        .env("HAPTICD_SOCKET", socket)
         .args(arguments)
         .stdin(Stdio::null())
         .output()

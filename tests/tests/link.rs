@@ -2,6 +2,7 @@
 //! end, and all that can go wrong between them.
 
 use haptic_ipc::{ChangeReply, Client, ErrorCode, LinkStatus, Request, RigState, StateReply, Status};
+use rustix::process::Signal;
 use std::time::Instant;
 use system_tests::fake_rig::{FakeRig, connected, pull};
 use system_tests::process::{descriptors, size_kib};
@@ -70,6 +71,11 @@ fn loss_is_journalled_even_after_reset_of_silent_device() {
         wait_for_state(&mut client, RigState::Faulted);
         let _: StateReply = client.request(Request::Reset {}).expect("a reset");
         wait_for_state(&mut client, RigState::Disconnected);
+        // Before the link gives it up.
+        wait_for(&mut client, "its silence", |status| {
+            let waiting = link(status).waiting.as_deref();
+            waiting.is_some_and(|why| why.starts_with("it is connected and silent")) && !status.has_device()
+        });
         let back = wait_for(&mut daemon.client(), "samples", |status| {
             // It did not say in time that its motor is off.
             if status.state == RigState::Faulted {
@@ -95,6 +101,17 @@ fn loss_is_journalled_even_after_reset_of_silent_device() {
         };
         assert_eq!([1, 3].map(is_without_samples), [true, false], "{connections:?}");
     });
+}
+
+#[test]
+fn fake_rig_that_a_signal_ends_removes_its_link() {
+    for signal in [Signal::HUP, Signal::INT, Signal::TERM] {
+        let rig = FakeRig::start(&[]);
+        let link = rig.link().to_owned();
+        assert!(link.exists());
+        assert!(rig.end(signal).success(), "{signal:?}");
+        assert!(link.symlink_metadata().is_err(), "{signal:?}");
+    }
 }
 
 /// Stops a rig that has no device; the answer says both, and what comes after is not held up.

@@ -4,7 +4,7 @@ use crate::command_line::Command;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{doctor, hint, output, stop};
-use haptic_ipc::socket_path::{self, Environment, NamedSocket, is_rig_name};
+use haptic_ipc::socket_path::{self, Environment, NamedSocket};
 use haptic_ipc::{Request, StateReply, Status};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -168,12 +168,8 @@ impl RigAnswer {
             Ok((cells, _)) => cells.clone(),
             Err(failure) => vec![failure.to_string()],
         };
-        let name = &self.socket.name;
-        let cells = cells.into_iter().map(|cell| match is_rig_name(name) {
-            true => hint::for_rig(&cell, name),
-            false => cell,
-        });
-        std::iter::once(name.clone()).chain(cells).collect()
+        let cells = cells.into_iter().map(|cell| hint::for_rig(&cell, &self.socket));
+        std::iter::once(self.socket.name.clone()).chain(cells).collect()
     }
 
     fn as_json(&self, key: &str) -> Value {
@@ -193,7 +189,7 @@ mod tests {
     fn a_row_advises_commands_for_its_own_rig() {
         for (name, advice) in [
             ("left", "`haptic-ctl --rig left reset`"),
-            ("/x/control.sock", "`haptic-ctl reset`"),
+            ("/x/control.sock", "`haptic-ctl --socket /x/control.sock reset`"),
         ] {
             let answered = RigAnswer {
                 socket: NamedSocket {

@@ -105,7 +105,11 @@ fn show(reply: &StateReply, json: bool) -> Result<(), Failure> {
     if json {
         return output::json(reply);
     }
-    output::unless_quiet(&format!("{} at tick {}", reply.state, reply.tick))
+    let missing = match reply.state {
+        RigState::Disconnected => ": no device is there; `haptic-ctl status` says why",
+        _ => "",
+    };
+    output::unless_quiet(&format!("{} at tick {}{missing}", reply.state, reply.tick))
 }
 
 pub(crate) async fn reload(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {

@@ -2,12 +2,14 @@
 //! names.
 
 use crate::words;
+use haptic_ipc::quoted;
+use haptic_ipc::socket_path::{NamedSocket, is_rig_name};
 use std::borrow::Cow;
 use std::ffi::OsString;
 use std::sync::OnceLock;
 
-/// The rig that the command line names.
-static RIG: OnceLock<String> = OnceLock::new();
+/// The options by which the command line names its rig.
+static OPTIONS: OnceLock<String> = OnceLock::new();
 
 /// Subcommands that ask no rig.
 const OFFLINE: [&str; 7] = [
@@ -22,18 +24,29 @@ const OFFLINE: [&str; 7] = [
 
 /// Takes the rig that a command line names, in order, once.
 pub(crate) fn choose(words: &[OsString]) {
-    if let Some(rig) = words::rig(words) {
-        RIG.get_or_init(|| rig);
+    if let Some(options) = words::options_of_rig(words) {
+        OPTIONS.get_or_init(|| options);
     }
 }
 
 /// The text, whose commands are for the rig that the command line names.
 pub(crate) fn addressed(text: &str) -> Cow<'_, str> {
-    RIG.get().map_or(Cow::Borrowed(text), |rig| for_rig(text, rig).into())
+    OPTIONS
+        .get()
+        .map_or(Cow::Borrowed(text), |options| with_options(text, options).into())
 }
 
-/// The text, whose commands are for a rig. Those with options before the subcommand stay as they are.
-pub(crate) fn for_rig(text: &str, rig: &str) -> String {
+/// The text, whose commands are for the rig of a socket.
+pub(crate) fn for_rig(text: &str, rig: &NamedSocket) -> String {
+    let options = match is_rig_name(&rig.name) {
+        true => format!("--rig {}", rig.name),
+        false => format!("--socket {}", quoted(&rig.path)),
+    };
+    with_options(text, &options)
+}
+
+/// The text, whose commands have these options. Those with options before the subcommand stay as they are.
+fn with_options(text: &str, options: &str) -> String {
     let mut addressed = text.to_owned();
     for begin in ["`haptic-ctl ", "\n  haptic-ctl "] {
         let mut parts = addressed.split(begin);
@@ -45,7 +58,7 @@ pub(crate) fn for_rig(text: &str, rig: &str) -> String {
             let option = if is_offline {
                 String::new()
             } else {
-                format!("--rig {rig} ")
+                format!("{options} ")
             };
             joined += &format!("{begin}{option}{part}");
         }
@@ -75,9 +88,13 @@ mod tests {
             ("`haptic-ctl --all status`", "`haptic-ctl --all status`"),
             ("haptic-ctl waits; haptic-ctl: no", "haptic-ctl waits; haptic-ctl: no"),
         ] {
-            let addressed = for_rig(text, "left");
+            let addressed = with_options(text, "--rig left");
             assert_eq!(addressed, expected);
-            assert_eq!(for_rig(&addressed, "right"), expected, "a command has one rig");
+            assert_eq!(
+                with_options(&addressed, "--rig right"),
+                expected,
+                "a command has one rig"
+            );
         }
     }
 

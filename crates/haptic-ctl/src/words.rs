@@ -4,6 +4,7 @@
 use crate::failure::Failure;
 use clap::Command;
 use clap::error::{ContextKind, ContextValue};
+use haptic_ipc::quoted;
 use haptic_ipc::socket_path::is_rig_name;
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -11,7 +12,7 @@ use std::process::ExitCode;
 /// Options of the whole line that take a value, and stand before or behind the subcommand.
 const WITH_VALUE: [&str; 2] = ["--socket", "--rig"];
 
-/// Puts `--rig NAME` and `--all` before the subcommand, wherever they stand. Behind `--`, and in the command of
+/// Puts `--rig NAME`, `--socket PATH` and `--all` before the subcommand, wherever they stand. Behind `--`, and in the command of
 /// `lease`, the words are another program's; `identify --rig` is an option of its own, and only `--rig=NAME` names a
 /// rig there.
 pub(crate) fn in_order(words: Vec<OsString>) -> Vec<OsString> {
@@ -26,14 +27,11 @@ pub(crate) fn in_order(words: Vec<OsString>) -> Vec<OsString> {
         is_foreign |= text == "--";
         if is_foreign {
             rest.push(word);
-        } else if text == "--all" || text.starts_with("--rig=") {
+        } else if text == "--all" || text.starts_with("--rig=") || text.starts_with("--socket=") {
             before.push(word);
-        } else if text == "--rig" && !in_identify {
+        } else if text == "--rig" && !in_identify || text == "--socket" {
             before.push(word);
             before.extend(words.next());
-        } else if text == "--socket" {
-            rest.push(word);
-            rest.extend(words.next());
         } else {
             if !text.starts_with('-') {
                 is_foreign = subcommand.as_deref() == Some("lease");
@@ -46,16 +44,19 @@ pub(crate) fn in_order(words: Vec<OsString>) -> Vec<OsString> {
     before
 }
 
-/// The rig that a line in order names: its options come first.
-pub(crate) fn rig(words: &[OsString]) -> Option<String> {
+/// The options by which a line in order names one rig: they come first.
+pub(crate) fn options_of_rig(words: &[OsString]) -> Option<String> {
     let mut words = words.iter().skip(1).map(|word| word.to_string_lossy());
-    let word = words.by_ref().find(|word| word != "--all")?;
-    let name = match word.strip_prefix("--rig=") {
-        Some(name) => name.to_owned(),
-        None if word == "--rig" => words.next()?.into_owned(),
-        None => return None,
+    let word = words.next()?;
+    let (option, value) = match word.split_once('=') {
+        Some((option, value)) => (option, value.into()),
+        None => (&*word, words.next()?),
     };
-    is_rig_name(&name).then_some(name)
+    match option {
+        "--rig" if is_rig_name(&value) => Some(format!("--rig {value}")),
+        "--socket" => Some(format!("--socket {}", quoted(&*value))),
+        _ => None,
+    }
 }
 
 /// Whether a line that cannot be parsed means a stop: `stop` is its subcommand, or stands where none is.
@@ -143,12 +144,24 @@ mod tests {
             ("c stop --rig", "c --rig stop"),
         ] {
             assert_eq!(in_order(split(given)), split(ordered), "{given}");
-            let names_left = ordered.contains("--rig left ") || ordered.contains("--rig=left");
-            assert_eq!(
-                rig(&split(ordered)).is_some_and(|rig| rig == "left"),
-                names_left,
-                "{given}"
-            );
+        }
+    }
+
+    #[test]
+    fn one_rig_has_the_options_by_which_it_was_named() {
+        for (given, options) in [
+            ("c stop --rig left", Some("--rig left")),
+            ("c --rig=left set Fs=3", Some("--rig left")),
+            ("c status --socket a/b", Some("--socket a/b")),
+            ("c --socket=a'b status", Some("--socket 'a'\\''b'")),
+            ("c --rig a/b status", None),
+            ("c stop --all --socket a/b", None),
+            ("c identify --rig", None),
+            ("c lease -- c --socket a/b", None),
+            ("c status", None),
+        ] {
+            let options_of = options_of_rig(&in_order(split(given)));
+            assert_eq!(options_of.as_deref(), options, "{given}");
         }
     }
 

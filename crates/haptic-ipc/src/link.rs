@@ -11,7 +11,7 @@ pub struct LinkStatus {
     /// The connected device.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<LinkedDevice>,
-    /// Why no device is connected, and the remedy.
+    /// Why no device is connected, or why one that is is not read, and the remedy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waiting: Option<String>,
     /// Newest time from a command to the first sample that names it, us.

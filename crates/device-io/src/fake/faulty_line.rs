@@ -4,6 +4,7 @@
 use super::fault::{Channel, Fault, Quality, TimedFault};
 use super::port::{Place, Port, PortClosed};
 use crate::device::now_ns;
+use nix::sys::signal::{SigSet, Signal};
 use std::collections::VecDeque;
 use std::io::{self, BufRead, Write};
 use std::path::Path;
@@ -243,9 +244,16 @@ fn opened(place: &Place) -> io::Result<Option<Port>> {
     }
 }
 
-/// Lines of standard input, as they come.
+/// Lines of standard input, as they come; a signal that ends the program is a `quit`.
 fn requests() -> mpsc::Receiver<String> {
     let (asks, asked) = mpsc::channel();
+    // Threads inherit what is blocked; where nothing can be, a signal ends the program as it is.
+    let mut ends = SigSet::empty();
+    ends.extend([Signal::SIGHUP, Signal::SIGINT, Signal::SIGTERM]);
+    if ends.thread_block().is_ok() {
+        let asks = asks.clone();
+        std::thread::spawn(move || while ends.wait().is_ok() && asks.send("quit".to_owned()).is_ok() {});
+    }
     std::thread::spawn(move || {
         for line in std::io::stdin().lock().lines().map_while(Result::ok) {
             if asks.send(line.trim().to_owned()).is_err() {

@@ -12,7 +12,7 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{devices, hint, output};
 use check::{Check, Level};
-use haptic_ipc::socket_path::{self, NamedSocket, is_rig_name};
+use haptic_ipc::socket_path::{self, NamedSocket};
 use haptic_ipc::{ClientError, DevicesReply, Request, Status};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -22,7 +22,7 @@ pub(crate) async fn run(socket: Option<&Path>, json: bool) -> Result<(), Failure
     if json {
         output::json(&as_json(&checks))?;
     } else {
-        show(&checks, "")?;
+        show(&checks, None)?;
     }
     outcome(&checks)
 }
@@ -30,13 +30,13 @@ pub(crate) async fn run(socket: Option<&Path>, json: bool) -> Result<(), Failure
 /// Checks every rig, one after the other, each under its name.
 pub(crate) async fn run_all(sockets: Vec<NamedSocket>, json: bool) -> Result<(), Failure> {
     let (mut all, mut answers) = (Vec::new(), Vec::new());
-    for NamedSocket { name, path } in sockets {
-        let checks = checks(&path).await;
+    for rig in sockets {
+        let checks = checks(&rig.path).await;
         if json {
-            answers.push(json!({ "rig": name, "socket": path, "doctor": as_json(&checks) }));
+            answers.push(json!({ "rig": rig.name, "socket": rig.path, "doctor": as_json(&checks) }));
         } else {
-            output::line(&name)?;
-            show(&checks, &name)?;
+            output::line(&rig.name)?;
+            show(&checks, Some(&rig))?;
         }
         all.extend(checks);
     }
@@ -84,12 +84,9 @@ async fn checks(path: &Path) -> Vec<Check> {
     checks
 }
 
-/// Prints the checks, and their fixes as commands for a rig of this name, if one can have it.
-fn show(checks: &[Check], rig: &str) -> Result<(), Failure> {
-    let addressed = |text: &str| match is_rig_name(rig) {
-        true => hint::for_rig(text, rig),
-        false => text.to_owned(),
-    };
+/// Prints the checks, and their fixes as commands for this rig, where it is one of many.
+fn show(checks: &[Check], rig: Option<&NamedSocket>) -> Result<(), Failure> {
+    let addressed = |text: &str| rig.map_or(text.into(), |rig| hint::for_rig(text, rig));
     for check in checks {
         let (word, style) = match check.level {
             Level::Ok => ("ok  ", GOOD),

@@ -51,7 +51,7 @@ fn state(state: RigState, what: String, fault: Option<&str>, waiting: Option<&st
         }
         RigState::Stopped => Check::warn("rig", what, "`haptic-ctl reset`"),
         RigState::Disconnected => {
-            let why = waiting.unwrap_or("no answer");
+            let why = waiting.unwrap_or("no sample comes");
             let remedy = if why.contains("is not there") {
                 "plug it in, and see `haptic-ctl devices`"
             } else {

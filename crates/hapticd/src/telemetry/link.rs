@@ -7,6 +7,9 @@ use haptic_ipc::{LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::Relaxed;
 
+/// Age of the newest sample of a device that is silent, ns: longer than a hold-up, shorter than a person's glance.
+const SILENT_NS: u64 = 100_000_000;
+
 /// The measured times of the link.
 pub(crate) fn times(monitor: &LinkMonitor) -> LinkTimes {
     let counters = monitor.counters();
@@ -38,7 +41,7 @@ pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {
     #[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]
     let us = |counter: &AtomicU64| count(counter) as f64 * 1e-3;
     let (device, waiting) = match monitor.state() {
-        LinkState::Connected(device) => (Some(linked(device)), None),
+        LinkState::Connected(device) => (Some(linked(device)), silence(count(&counters.age_ns))),
         state => (None, Some(waiting(&state, counters))),
     };
     let drift_ppb = counters.drift_ppb.load(Relaxed);
@@ -74,6 +77,18 @@ pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {
 #[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]
 fn seconds_since(at_ns: u64) -> f64 {
     now_ns().saturating_sub(at_ns) as f64 * 1e-9
+}
+
+/// What is wrong with a connected device that sends no samples, by the age of its newest, ns. The loop is without it by
+/// then, and the link gives it up later.
+#[expect(clippy::cast_precision_loss, reason = "an age far below 2^53 ns")]
+fn silence(age_ns: u64) -> Option<String> {
+    (age_ns > SILENT_NS).then(|| {
+        format!(
+            "it is connected and silent: no sample for {:.1} s",
+            age_ns as f64 * 1e-9
+        )
+    })
 }
 
 /// Why no device is connected, for people.
