@@ -47,6 +47,8 @@ def test_units_of_a_call_are_asked_for_once(rig: hapticd.Rig, monkeypatch: pytes
     rig.set(mass="200 g", Fs="5 N", Fd="4 N")
     rig.set(mass=0.3)
     assert asked == ["describe", "set", "set"]
+    with pytest.raises(TypeError, match="mass is given twice"):
+        rig.set({"mass": 1}, mass=2)
 
 
 def test_the_journal_and_the_advice_have_types(rig: hapticd.Rig) -> None:

@@ -150,7 +150,15 @@ fn status_row(status: &Status) -> Vec<String> {
         status.scene.clone(),
         status.device.description.clone(),
     ];
-    row.extend(status.fault.clone());
+    let link = status.device.link.as_ref();
+    let refusal = || {
+        status
+            .device
+            .engage_refused
+            .first()
+            .map(|problem| format!("will not engage: {}", problem.what))
+    };
+    row.extend(status.fault.clone().or_else(|| link?.waiting.clone()).or_else(refusal));
     row
 }
 

@@ -159,7 +159,10 @@ impl Failure {
                 }
                 other => format!("{CUT_THE_POWER} ({other})"),
             },
-            Self::NoAnswer(after) => format!("the daemon has not answered for {:.1} s", after.as_secs_f64()),
+            Self::NoAnswer(after) => format!(
+                "the daemon has not answered for {:.1} s; if the motor pulls, cut its power",
+                after.as_secs_f64()
+            ),
             Self::Interrupted => "interrupted".to_owned(),
             Self::Output(error) => format!("cannot write: {error}"),
             Self::Silent(code) => format!("exit code {code}"),

@@ -25,6 +25,18 @@ def given(**fields: Any) -> dict[str, Any]:
     return {name: value for name, value in fields.items() if value is not None}
 
 
+def merged(params: Mapping[str, Change] | None, more: Mapping[str, Change]) -> dict[str, Change]:
+    """Parameters by both ways of naming them.
+
+    Raises:
+        TypeError: One is given both ways.
+    """
+    params = params or {}
+    if twice := params.keys() & more.keys():
+        raise TypeError(f"{min(twice)} is given twice: in the mapping, and by its name")
+    return {**params, **more}
+
+
 def options(
     ramp: Duration | None, at_tick: int | None, if_revision: int | None, dry_run: bool, anyway: bool
 ) -> dict[str, Any]:

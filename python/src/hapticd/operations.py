@@ -18,7 +18,7 @@ from hapticd.answers import (
     ScheduleReply,
     StateReply,
 )
-from hapticd.change import Change, SceneRef, given, numbers, options, scheduled
+from hapticd.change import Change, SceneRef, given, merged, numbers, options, scheduled
 from hapticd.decoding import decoded
 from hapticd.duration import Duration
 from hapticd.errors import invalid
@@ -133,7 +133,7 @@ class Operations(ABC):
             Conflict: Another client has changed the scene since `if_revision`.
         """
         how = options(ramp, at_tick, if_revision, dry_run, anyway)
-        return self._change("set", params=numbers({**(params or {}), **more}, self._units()), **how)
+        return self._change("set", params=numbers(merged(params, more), self._units()), **how)
 
     def _units(self) -> Callable[[str], str]:
         """Finds the SI unit of a parameter of the active scene, which the daemon refuses otherwise. The scene is asked
@@ -172,7 +172,7 @@ class Operations(ABC):
             whole = index(tick)
         except TypeError:
             raise invalid("tick", f"tick = {tick!r} is not a whole number") from None
-        return self.set({**(params or {}), **more}, ramp=ramp, at_tick=whole, anyway=anyway)
+        return self.set(merged(params, more), ramp=ramp, at_tick=whole, anyway=anyway)
 
     def schedule(
         self,

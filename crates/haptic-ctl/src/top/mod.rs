@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::stop;
 use crossterm::event::{self, Event as TerminalEvent, KeyEvent, KeyEventKind};
 use crossterm::terminal::enable_raw_mode;
-use haptic_ipc::{Request, StateReply, Status, SubscribeReply, Topic};
+use haptic_ipc::{Request, StateReply, Status, SubscribeReply, Topic, socket_path};
 use model::{Intent, Model, lock};
 use picture::Picture;
 use std::io::{self, IsTerminal};
@@ -107,7 +107,11 @@ impl Screen {
         let stops = Arc::new(AtomicU64::new(0));
         let asking = answered(Daemon::connect(socket).await?, answering.clone(), Arc::clone(&stops));
         let stopping = answered(Daemon::connect(socket).await?, answering, Arc::clone(&stops));
-        let model = Arc::new(Mutex::new(Model::new(&daemon.hello().server)));
+        let mut title = daemon.hello().server.clone();
+        if let Some(rig) = socket_path::name_of(&socket_path::for_client(socket)) {
+            title = format!("rig {rig}, {title}");
+        }
+        let model = Arc::new(Mutex::new(Model::new(&title)));
         // No key is lost to the shell's line while the terminal does not yet take a picture.
         enable_raw_mode()?;
         let picture = Picture::start(Arc::clone(&model));

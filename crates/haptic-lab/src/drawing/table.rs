@@ -60,7 +60,13 @@ impl Table {
             body.chunks(MAX_LATEX_ROWS.div_ceil(blocks.len())).collect()
         };
         let caption = latex_text(&self.caption);
-        let notes: Vec<String> = notes.iter().map(|note| latex_text(note)).collect();
+        let notes: Vec<String> = notes
+            .iter()
+            .map(|note| match note.strip_prefix("-: ") {
+                Some(of_dashes) => format!("--: {}", latex_text(of_dashes)),
+                None => latex_text(note),
+            })
+            .collect();
         let notes = match notes.is_empty() {
             true => String::new(),
             false => format!(

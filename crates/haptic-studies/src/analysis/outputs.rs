@@ -80,15 +80,14 @@ fn files(
     let mut files = vec![("analysis.html".to_owned(), page.html().into_bytes())];
     files.extend(pictures);
     for (name, table) in shown {
-        let footnotes = footnotes(name);
-        let below: String = footnotes.iter().map(|note| format!("\n{note}\n")).collect();
-        files.push((format!("{name}.md"), (table.markdown() + &below).into_bytes()));
         let has_dashes = table.rows.iter().flatten().any(|cell| cell == "-");
         let mut notes = if has_dashes { dashes(name) } else { Vec::new() };
         if table.rows.iter().flatten().any(|cell| cell.ends_with('*')) {
             notes.push("*: p < 0.05, sign test, not corrected for the number of cells".to_owned());
         }
-        notes.extend(footnotes);
+        notes.extend(footnotes(name));
+        let below: String = notes.iter().map(|note| format!("\n{note}\n")).collect();
+        files.push((format!("{name}.md"), (table.markdown() + &below).into_bytes()));
         files.push((format!("{name}.tex"), table.latex(name, &notes).into_bytes()));
     }
     files.extend(data.iter().map(|(name, table)| (format!("{name}.csv"), table.csv())));

@@ -343,7 +343,7 @@ pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> 
         .map(|(reason, cells)| format!("{reason}: {}", cells.join("; ")));
     let mut lines: Vec<String> = lines.collect();
     if let Some(first) = lines.first_mut() {
-        first.insert_str(0, "--: ");
+        first.insert_str(0, "-: ");
     }
     lines
 }

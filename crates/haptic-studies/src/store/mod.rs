@@ -36,6 +36,7 @@ use super::subject_table::SubjectTable;
 use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial};
 use disk::{at, replace, sync_folder, write_new};
 pub use error::StoreError;
+use haptic_ipc::quoted;
 pub use keeper::{Keeper, RigDescription};
 pub use notes::note;
 pub use reader::{Trials, read, read_file, read_folder, subjects, trials, trials_of, unfinished};
@@ -266,7 +267,10 @@ fn difference(folder: &Path, about: &StudyDescription) -> String {
         }
     }
     if differing.is_empty() {
-        "there is this study already; continue with `haptic-ctl study resume`".to_owned()
+        format!(
+            "there is this study already; continue with `haptic-ctl study resume {}`",
+            quoted(folder)
+        )
     } else {
         let differing = differing.join(" and ");
         format!("there is another study already, which differs in {differing}; nothing is overwritten")

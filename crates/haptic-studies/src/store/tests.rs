@@ -106,11 +106,9 @@ fn threads_change_nothing_and_nothing_is_overwritten() {
             done.keys()
         );
         assert!(done == relative(&two));
+        let resumed = format!("study resume {}`", haptic_ipc::quoted(&one));
         for (seed, message) in [
-            (
-                1,
-                "there is this study already; continue with `haptic-ctl study resume`",
-            ),
+            (1, &*resumed),
             (
                 2,
                 "there is another study already, which differs in seed; nothing is overwritten",
