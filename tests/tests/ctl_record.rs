@@ -257,7 +257,7 @@ fn markers_are_set_by_keys_and_no_key_passes_for_a_stop() {
         ("m", "marker `marker 1`"),
         ("7", "marker `7`"),
         ("m", "marker `marker 3`"),
-        (" ", "no key here stops the rig: `haptic-ctl stop` does"),
+        (" ", " stop` does; m or 1 to 9: marker"),
     ] {
         terminal.type_in(key);
         terminal.wait_for(answer, |screen| screen.contains(answer));

@@ -1,6 +1,6 @@
 //! `haptic-ctl wait`, and the waiting of `engage` and `release`.
 
-use haptic_ipc::Client;
+use haptic_ipc::{Client, quoted};
 use std::process::{Child, Command, Stdio};
 use system_tests::terminal::Terminal;
 use system_tests::{Daemon, binary, status, stderr, text, wait_for};
@@ -54,7 +54,8 @@ fn stop_ends_wait_for_another_state_or_a_force_with_6() {
     let (code, printed) = ended(engaged);
     assert_eq!(code, Some(6), "{printed}");
     assert!(
-        printed.contains("the rig is stopped") && printed.contains("haptic-ctl reset"),
+        printed.contains("the rig is stopped")
+            && printed.contains(&format!("--socket {} reset", quoted(daemon.socket()))),
         "{printed}"
     );
     assert_eq!(ended(pulled).0, Some(6));

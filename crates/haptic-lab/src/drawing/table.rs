@@ -388,7 +388,7 @@ mod tests {
                 r"\hline",
                 r"\end{tabular}",
                 r"\begin{flushleft}\footnotesize",
-                r"-: too few\\",
+                r"--: too few\\",
                 r"b",
                 r"\end{flushleft}",
                 r"\end{table}",

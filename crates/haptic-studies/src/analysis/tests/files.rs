@@ -136,6 +136,9 @@ fn notes_of_a_latex_table_say_each_reason_once() {
         ["--: no subject's threshold is determined: A constant", &*pooled, none]
     );
     assert_eq!(notes("subjects.tex"), [&*own, none]);
+    let (_, page) = files.iter().find(|(name, _)| name == "jnd.md").expect("a page");
+    let below = format!("|\n\n-: no subject's threshold is determined: A constant\n\n{pooled}\n\n{none}\n");
+    assert!(page.ends_with(below.as_bytes()), "{}", String::from_utf8_lossy(page));
 }
 
 #[test]
