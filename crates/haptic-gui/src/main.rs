@@ -66,7 +66,7 @@ fn main() -> ExitCode {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_app_id("haptic-gui")
-            .with_inner_size(size.unwrap_or([1280.0, 800.0]))
+            .with_inner_size(size.unwrap_or([1280.0, 760.0]))
             .with_min_inner_size([1024.0, 640.0]),
         // There is no gradient that would show bands.
         dithering: false,

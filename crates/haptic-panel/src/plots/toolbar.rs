@@ -32,7 +32,7 @@ const SPAN_SIZE: Vec2 = vec2(68.0, 22.0);
 /// Widths of the distance between the cursors, and of a signal at them, in a narrow window and in a wide one.
 const DISTANCE_WIDTH: f32 = 190.0;
 const READING_WIDTH: f32 = 180.0;
-const WIDE_READING_WIDTH: f32 = 262.0;
+const WIDE_READING_WIDTH: f32 = 284.0;
 
 /// Digits of a signal at a cursor.
 const DIGITS: usize = 4;

@@ -7,7 +7,7 @@ use egui::{Rect, Shape, vec2};
 use haptic_panel::Page;
 
 /// The usual window, points.
-const USUAL: egui::Vec2 = vec2(1280.0, 800.0);
+const USUAL: egui::Vec2 = vec2(1280.0, 760.0);
 
 /// Size of the smallest text, points.
 const SMALLEST: f32 = 13.0;
