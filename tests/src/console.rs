@@ -28,7 +28,7 @@ use std::time::Instant;
 
 /// A command and what it prints.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
+pub struct ConsoleLine {
     /// As the shell takes it.
     pub command: String,
     /// Lines that it prints, with wildcards.
@@ -48,12 +48,12 @@ pub enum Step {
     /// To run commands one after the other.
     Run {
         /// The commands.
-        lines: Vec<Line>,
+        lines: Vec<ConsoleLine>,
         /// Exit code of each.
         code: i32,
     },
     /// To start a program in a terminal of its own.
-    Start(Line),
+    Start(ConsoleLine),
     /// To type lines into a program that runs.
     Type {
         /// Its name.
@@ -66,7 +66,7 @@ pub enum Step {
     /// What cannot be run here, and why.
     NotRun {
         /// The commands.
-        lines: Vec<Line>,
+        lines: Vec<ConsoleLine>,
         /// Why not.
         why: String,
     },
@@ -131,8 +131,8 @@ fn step(kind: &str, remark: Option<&str>, body: &[&str]) -> Result<Option<Step>,
     }
 }
 
-fn commands(body: &[&str]) -> Result<Vec<Line>, String> {
-    let mut lines: Vec<Line> = Vec::new();
+fn commands(body: &[&str]) -> Result<Vec<ConsoleLine>, String> {
+    let mut lines: Vec<ConsoleLine> = Vec::new();
     let mut goes_on = false;
     for text in body {
         match (text.strip_prefix("$ "), lines.last_mut()) {
@@ -142,7 +142,7 @@ fn commands(body: &[&str]) -> Result<Vec<Line>, String> {
             }
             (Some(command), _) => {
                 goes_on = command.ends_with('\\');
-                lines.push(Line {
+                lines.push(ConsoleLine {
                     command: command.to_owned(),
                     prints: Vec::new(),
                 });
@@ -304,7 +304,7 @@ impl Reader {
         shell
     }
 
-    fn run(&self, line: &Line, code: i32) -> Result<(), String> {
+    fn run(&self, line: &ConsoleLine, code: i32) -> Result<(), String> {
         let text = format!("exec 2>&1; set -o pipefail; {}", line.command);
         // A study, or a soak, takes as long as the machine needs for it.
         let limit = (5 * PATIENCE).as_secs().to_string();
@@ -330,7 +330,7 @@ impl Reader {
         Ok(())
     }
 
-    fn start(&mut self, line: Line) -> Result<(), String> {
+    fn start(&mut self, line: ConsoleLine) -> Result<(), String> {
         let path = self.folder.path().join(format!(".screen-{}", self.running.len()));
         let screen = File::create(&path).expect("it can be written");
         let child = self

@@ -19,7 +19,7 @@ const KINDS: [char; 4] = ['H', 'F', 'P', 'S'];
 
 /// A row of the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct HazardRow {
     /// As `H3`.
     pub id: String,
     /// The tests that prove it: a file and the name of a function.
@@ -56,8 +56,8 @@ fn is_id(text: &str) -> bool {
 }
 
 /// A row of which nothing is known but its id.
-fn row(id: &str) -> Row {
-    Row {
+fn row(id: &str) -> HazardRow {
+    HazardRow {
         id: id.to_owned(),
         tests: Vec::new(),
         none: None,
@@ -67,7 +67,7 @@ fn row(id: &str) -> Row {
 
 /// The rows of a log in their order, and then the planted faults, each with its proofs.
 #[must_use]
-pub fn rows(log: &str, proofs: &str) -> Vec<Row> {
+pub fn rows(log: &str, proofs: &str) -> Vec<HazardRow> {
     let mut rows = sections(log);
     let mut proven = BTreeSet::new();
     let mut last = None;
@@ -100,7 +100,7 @@ pub fn rows(log: &str, proofs: &str) -> Vec<Row> {
 }
 
 /// Adds a proof to its row: a test, or why there is none.
-fn prove(row: &mut Row, proof: &str) {
+fn prove(row: &mut HazardRow, proof: &str) {
     match proof.split_once(": ") {
         Some(("none", why)) => {
             if why.len() < 20 {
@@ -117,11 +117,11 @@ fn prove(row: &mut Row, proof: &str) {
 }
 
 /// The sections of the page, without their proofs.
-fn sections(log: &str) -> Vec<Row> {
-    let mut rows: Vec<Row> = Vec::new();
+fn sections(log: &str) -> Vec<HazardRow> {
+    let mut rows: Vec<HazardRow> = Vec::new();
     // Labels that are still to come in the section that is being read.
     let mut missing: Vec<&str> = Vec::new();
-    let close = |rows: &mut Vec<Row>, missing: &mut Vec<&str>| {
+    let close = |rows: &mut Vec<HazardRow>, missing: &mut Vec<&str>| {
         for field in missing.drain(..) {
             if let Some(row) = rows.last_mut() {
                 row.faults.push(format!("{}: it has no {field}", row.id));
@@ -267,7 +267,7 @@ fn function(line: &str) -> Option<String> {
 
 /// Where the log and the tests do not agree, in sentences.
 #[must_use]
-pub fn disagreements(rows: &[Row], tests: &[Test]) -> Vec<String> {
+pub fn disagreements(rows: &[HazardRow], tests: &[Test]) -> Vec<String> {
     let mut found: Vec<String> = rows.iter().flat_map(|row| row.faults.clone()).collect();
     let known: BTreeSet<&Named> = tests.iter().map(|test| &test.named).collect();
     let mut named: BTreeMap<&str, BTreeSet<&Named>> = BTreeMap::new();

@@ -3,7 +3,7 @@
 //! N, Fd = 1.5 N.
 
 use device_io::Device;
-use device_io::fake::{FakeRig, Hand, Motion, Recording, RigProperties};
+use device_io::fake::{FakeRig, Hand, HandMotion, Recording, RigProperties};
 use haptic_core::block::Contact;
 use haptic_core::velocity::{Estimator, Method};
 use haptic_core::{Renderer, Scene, Scheme};
@@ -56,13 +56,13 @@ fn run(damping_ns_per_m: f64, hand: Hand, ticks: u64) -> Vec<Tick> {
 }
 
 /// A hand that goes at a steady speed for some seconds.
-fn steady(speed_mps: f64, seconds: f64) -> Motion {
+fn steady(speed_mps: f64, seconds: f64) -> HandMotion {
     let samples = (0..=1000).map(|k| {
         let t = seconds * f64::from(k) / 1000.0;
         (t, speed_mps * t)
     });
     let recording = Recording::new("steady", samples).expect("a motion");
-    Motion::Recorded(Arc::new(recording))
+    HandMotion::Recorded(Arc::new(recording))
 }
 
 #[test]

@@ -10,7 +10,7 @@ use haptic_core::velocity::{self, AlphaBetaGamma};
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_lab::drawing::{Chart, Trace, svg};
 use haptic_lab::motion::DeviceSample;
-use haptic_lab::simulate::{Row, Start, simulate};
+use haptic_lab::simulate::{SimulatedRow, Start, simulate};
 use std::f64::consts::TAU;
 use system_tests::drawn;
 
@@ -47,14 +47,14 @@ fn every_period(duration_s: f64) -> impl Iterator<Item = f64> {
         .take_while(move |t_s| *t_s <= duration_s)
 }
 
-fn rendered(scene: &Scene, scheme: Scheme, motion: &[DeviceSample]) -> Vec<Row> {
+fn rendered(scene: &Scene, scheme: Scheme, motion: &[DeviceSample]) -> Vec<SimulatedRow> {
     simulate(scene, scheme, motion, Start::default())
         .expect("it can be rendered")
         .rows
 }
 
 /// A line of points: time in ms, and what `value` makes of a row.
-fn over_time(rows: &[Row], value: impl Fn(&Row) -> f64) -> Vec<[f64; 2]> {
+fn over_time(rows: &[SimulatedRow], value: impl Fn(&SimulatedRow) -> f64) -> Vec<[f64; 2]> {
     rows.iter().map(|row| [1e3 * row.device.t_s, value(row)]).collect()
 }
 
@@ -88,7 +88,7 @@ fn why_the_exact_step() {
     let motion = sampled(every_period(2.0), halting);
     let [literal, exact] = [Scheme::LITERAL, Scheme::Exact].map(|scheme| rendered(&scene, scheme, &motion));
     // Half of what the velocity changes by from tick to tick, long after the hand has stopped.
-    let rattle = |rows: &[Row]| {
+    let rattle = |rows: &[SimulatedRow]| {
         let last: Vec<f64> = rows[rows.len() - 100..]
             .iter()
             .map(|row| 1e3 * row.block_velocity_mps)
@@ -103,8 +103,8 @@ fn why_the_exact_step() {
         (literal_mmps - 4.0921).abs() < 1e-3 && exact_mmps == 0.0,
         "{literal_mmps} mm/s, {exact_mmps} mm/s"
     );
-    let speed = |rows: &[Row]| over_time(&rows[..200], |row| 1e3 * row.block_velocity_mps);
-    let force = |rows: &[Row]| over_time(&rows[..200], |row| row.coupling_force_n);
+    let speed = |rows: &[SimulatedRow]| over_time(&rows[..200], |row| 1e3 * row.block_velocity_mps);
+    let force = |rows: &[SimulatedRow]| over_time(&rows[..200], |row| row.coupling_force_n);
     let speeds = Chart::new(
         "A block that its hand brings to rest at 100 ms",
         "Time (ms)",
@@ -141,7 +141,7 @@ fn why_a_virtual_coupling() {
         })
         .collect();
     let behind = rendered(&scene(&[]), Scheme::Exact, &motion);
-    let force = |rows: &[Row]| over_time(rows, |row| row.coupling_force_n);
+    let force = |rows: &[SimulatedRow]| over_time(rows, |row| row.coupling_force_n);
     let direct: Vec<[f64; 2]> = motion
         .iter()
         .map(|sample| {

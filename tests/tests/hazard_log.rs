@@ -2,9 +2,9 @@
 //! hazard.
 
 use std::path::Path;
-use system_tests::hazards::{Row, Test, disagreements, rows, sources, tests};
+use system_tests::hazards::{HazardRow, Test, disagreements, rows, sources, tests};
 
-fn log() -> (Vec<Row>, Vec<Test>) {
+fn log() -> (Vec<HazardRow>, Vec<Test>) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let [log, proofs] = ["docs/safety.md", "tests/hazards.txt"]
         .map(|path| std::fs::read_to_string(root.join(path)).expect("the hazard log and its proofs"));

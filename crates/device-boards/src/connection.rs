@@ -2,7 +2,7 @@
 
 use crate::conversation::{CommandState, Conversation, Dialect};
 use crate::text::{Lines, Text};
-use device_io::link::{Connection, Line, LinkCounters, SendOutcome, add};
+use device_io::link::{Connection, LinkCounters, SendOutcome, SerialLine, add};
 use device_io::{DeviceError, Measurement, Written, now_ns};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -10,7 +10,7 @@ use std::sync::atomic::Ordering::Relaxed;
 /// A serial line and the conversation on it.
 #[derive(Debug)]
 pub(crate) struct TextConnection<D: Dialect> {
-    line: Line,
+    line: SerialLine,
     lines: Lines,
     conversation: Conversation<D>,
     counters: Arc<LinkCounters>,
@@ -19,7 +19,7 @@ pub(crate) struct TextConnection<D: Dialect> {
 }
 
 impl<D: Dialect> TextConnection<D> {
-    pub(crate) fn new(line: Line, conversation: Conversation<D>, counters: Arc<LinkCounters>) -> Self {
+    pub(crate) fn new(line: SerialLine, conversation: Conversation<D>, counters: Arc<LinkCounters>) -> Self {
         Self {
             line,
             lines: Lines::default(),
@@ -141,7 +141,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("board");
         let board = Port::plug_in(&path).expect("a terminal");
-        let serial_line = Line::open(&path, 1_000_000).expect("it is there");
+        let serial_line = SerialLine::open(&path, 1_000_000).expect("it is there");
         let mut now_ns = 1000 * MS;
         let scale = Scale {
             first_angle: 0.0,

@@ -2,7 +2,7 @@
 //! may wait.
 
 use crate::text::Lines;
-use device_io::link::{ConnectError, Line};
+use device_io::link::{ConnectError, SerialLine};
 use device_io::now_ns;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -17,7 +17,7 @@ pub(crate) const ATTEMPTS: u32 = 10;
 /// A line on which every question waits for its answer.
 #[derive(Debug)]
 pub(crate) struct Greeting {
-    pub(crate) line: Line,
+    pub(crate) line: SerialLine,
     lines: Lines,
     what: String,
     received_bytes: usize,
@@ -27,7 +27,7 @@ impl Greeting {
     /// Opens the line, at a rate in baud.
     pub(crate) fn begin(path: &Path, baud: u32) -> Result<Self, ConnectError> {
         Ok(Self {
-            line: Line::open(path, baud)?,
+            line: SerialLine::open(path, baud)?,
             lines: Lines::default(),
             what: path.display().to_string(),
             received_bytes: 0,

@@ -2,7 +2,7 @@
 //! compensation of it.
 
 use device_io::Device;
-use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
+use device_io::fake::{FakeRig, Hand, HandMotion, RigProperties};
 use haptic_core::compensation::Compensation;
 use haptic_core::friction::{Friction, Viscous};
 use haptic_core::limiter::Limits;
@@ -52,7 +52,7 @@ fn settings(share: Option<f64>) -> Settings {
 /// The hand moves to and fro for 20 s; what it feels beyond the mass of the handle, less the scene:
 /// the root of the mean square, N.
 fn error_n(scene: &Scene, friction_n: f64, share: Option<f64>) -> f64 {
-    let motion = Motion::Sine {
+    let motion = HandMotion::Sine {
         amplitude_m: 0.03,
         frequency_hz: 0.5,
     };

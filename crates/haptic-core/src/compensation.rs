@@ -90,7 +90,7 @@ impl Compensation {
 
 /// The motion at a sample.
 #[derive(Clone, Copy, Debug)]
-pub struct Motion<V = f64> {
+pub struct SampledMotion<V = f64> {
     /// Since the sample before, s; 0 without a new one.
     pub(crate) elapsed_s: f64,
     /// m
@@ -112,7 +112,7 @@ pub trait Compensating<V>: Clone + Debug + Send + Sized {
     /// All force of the motor until the next sample, N.
     fn applied(&mut self, motor_n: V);
     /// The force that compensates the rig's friction at a sample, N.
-    fn force(&mut self, motion: Motion<V>) -> V;
+    fn force(&mut self, motion: SampledMotion<V>) -> V;
     /// Saves or loads the account.
     fn archive(&mut self, archive: &mut Archive<'_>);
 }
@@ -134,7 +134,7 @@ impl<V> Compensating<V> for NoCompensator {
         match *self {}
     }
 
-    fn force(&mut self, _: Motion<V>) -> V {
+    fn force(&mut self, _: SampledMotion<V>) -> V {
         match *self {}
     }
 
@@ -211,7 +211,7 @@ impl Compensating<f64> for Compensator {
         }
     }
 
-    fn force(&mut self, motion: Motion) -> f64 {
+    fn force(&mut self, motion: SampledMotion) -> f64 {
         self.keep_account(motion);
         // A NaN account also gives zero.
         if self.account_j > 0.0 { self.wanted(motion) } else { 0.0 }
@@ -219,7 +219,7 @@ impl Compensating<f64> for Compensator {
 }
 
 impl Compensator {
-    fn keep_account(&mut self, motion: Motion) {
+    fn keep_account(&mut self, motion: SampledMotion) {
         if motion.elapsed_s > 0.0 {
             self.sample_s = motion.elapsed_s;
         }
@@ -255,7 +255,7 @@ impl Compensator {
         self.account_j = (self.account_j + taken_j - given_j).min(self.reserve_j);
     }
 
-    fn wanted(&self, motion: Motion) -> f64 {
+    fn wanted(&self, motion: SampledMotion) -> f64 {
         let speed = motion.velocity.abs();
         let count_mps = motion.resolution / motion.period_s;
         let dead = (DEAD_COUNTS * count_mps).max(MIN_DEAD_MPS);

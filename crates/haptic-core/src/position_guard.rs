@@ -60,7 +60,7 @@ pub struct PositionGuard<V = f64> {
 
 /// The motion before a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion<V = f64> {
+pub struct PriorMotion<V = f64> {
     /// The last position that was believed, m.
     pub position: V,
     /// Velocity there, m/s.
@@ -73,7 +73,7 @@ pub struct Motion<V = f64> {
     pub felt: f64,
 }
 
-impl<V: Vector> Motion<V> {
+impl<V: Vector> PriorMotion<V> {
     /// Whether nobody doubts that the hand went so far (m) with a velocity (m/s) in a time (s).
     #[inline(always)]
     fn allows(&self, moved: V, velocity: V, elapsed_s: f64, limits: &SafetyLimiter<V>) -> bool {
@@ -122,7 +122,7 @@ impl<V: Vector> PositionGuard<V> {
 
     /// Judges a position (m), taken `elapsed_s` after the sample before it.
     #[inline(always)]
-    pub fn judge(&mut self, before: Motion<V>, position: V, elapsed_s: f64, limits: &SafetyLimiter<V>) -> Verdict {
+    pub fn judge(&mut self, before: PriorMotion<V>, position: V, elapsed_s: f64, limits: &SafetyLimiter<V>) -> Verdict {
         let moved = position - before.position;
         if self.held.is_none() && before.allows(moved, before.velocity, elapsed_s, limits) {
             self.score = self.score.saturating_sub(1);
@@ -133,7 +133,13 @@ impl<V: Vector> PositionGuard<V> {
 
     /// Judges a position that lies aside, or that comes after one.
     #[inline(never)]
-    fn judge_doubtful(&mut self, before: Motion<V>, position: V, elapsed_s: f64, limits: &SafetyLimiter<V>) -> Verdict {
+    fn judge_doubtful(
+        &mut self,
+        before: PriorMotion<V>,
+        position: V,
+        elapsed_s: f64,
+        limits: &SafetyLimiter<V>,
+    ) -> Verdict {
         let moved = position - before.position;
         let Some(held) = self.held else {
             if !moved.is_finite() {
@@ -184,7 +190,7 @@ mod tests {
 
     const TICK_S: f64 = 1e-3;
 
-    const AT_REST: Motion = Motion {
+    const AT_REST: PriorMotion = PriorMotion {
         position: 0.0,
         velocity: 0.0,
         seen_over_s: TICK_S,
@@ -208,7 +214,7 @@ mod tests {
         samples: impl IntoIterator<Item = (f64, f64)>,
     ) -> (Vec<f64>, Option<usize>, PositionGuard) {
         let mut guard = PositionGuard::default();
-        let mut motion = Motion {
+        let mut motion = PriorMotion {
             position: -speed * TICK_S,
             velocity: speed,
             ..AT_REST
@@ -321,7 +327,7 @@ mod tests {
     #[test]
     fn stiff_surface_doubts_samples_making_a_force_step() {
         let judged = |felt: f64, resolution: f64, moved: f64, elapsed_s: f64| {
-            let at_rest = Motion {
+            let at_rest = PriorMotion {
                 resolution,
                 felt,
                 ..AT_REST
@@ -358,7 +364,7 @@ mod tests {
         // A hand that hits something: 0.25 mm aside, and from there nearly as far aside again.
         for second in [0.0, 0.2e-3, 0.29e-3] {
             let felt = 0.14e-3;
-            let at_rest = Motion { felt, ..AT_REST };
+            let at_rest = PriorMotion { felt, ..AT_REST };
             let mut guard = PositionGuard::default();
             assert_eq!(guard.judge(at_rest, 0.25e-3, TICK_S, &limits()), Verdict::Held);
             let elapsed_s = 2.0 * TICK_S;

@@ -12,7 +12,7 @@ use clap_complete::engine::ArgValueCompleter;
 use haptic_core::Scheme;
 use haptic_ipc::{Sample, SampleY, WireError};
 use haptic_lab::replay::{self, Alternative, LargestDifference, Report, Summary, Tally, WhatIf, WhatIfRow};
-use haptic_lab::row::Row;
+use haptic_lab::row::RecordedRow;
 use haptic_recording::{Ending, Entry, Metadata, Reader, RecordingError};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -326,7 +326,7 @@ impl<'a> Forces<'a> {
         let text = |number: Option<f64>| number.map_or_else(String::new, |number| number.to_string());
         let cell = |of: fn(&Sample) -> f64| text(what_if.as_ref().map(|row| of(&row.sample)));
         let contact = what_if.map_or_else(String::new, |row| row.sample.contact.to_string());
-        let Row { sample, y } = recorded;
+        let RecordedRow { sample, y } = recorded;
         let second_axis = y.map_or_else(String::new, |y| {
             let cell = |of: fn(&SampleY) -> f64| text(what_if.and_then(|row| row.y).as_ref().map(of));
             format!(

@@ -7,8 +7,8 @@ use crate::{complete, output, progress, table_options};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::{Scene, SceneError, Scheme, Vector};
-use haptic_lab::motion::{self, Motion, MotionError, MotionReader};
-use haptic_lab::simulate::{self, Cost, Row, Simulator, Start};
+use haptic_lab::motion::{self, MotionError, MotionFile, MotionReader};
+use haptic_lab::simulate::{self, Cost, SimulatedRow, Simulator, Start};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -155,9 +155,9 @@ fn render(arguments: &Arguments, scene: &Scene) -> Result<Summary, Failure> {
     if arguments.motion.is_file() {
         motion::check(&arguments.motion, &table).map_err(unreadable)?;
     }
-    match Motion::open(&arguments.motion, &table).map_err(unreadable)? {
-        Motion::Line(motion) => render_along(motion, arguments, scene),
-        Motion::Plane(motion) => {
+    match MotionFile::open(&arguments.motion, &table).map_err(unreadable)? {
+        MotionFile::Line(motion) => render_along(motion, arguments, scene),
+        MotionFile::Plane(motion) => {
             let mut summary = render_along(motion, arguments, scene)?;
             summary.energy_created_j = summary.energy_created_j.filter(|_| !scene.is_on_device());
             Ok(summary)
@@ -192,7 +192,7 @@ fn render_along<V: Vector>(
             break;
         }
         let mut events = Vec::new();
-        let rows: Vec<Row<V>> = stretch
+        let rows: Vec<SimulatedRow<V>> = stretch
             .iter()
             .map(|sample| simulator.step(sample, &mut events))
             .collect();

@@ -5,7 +5,7 @@ use crate::journal::JournalEntry;
 use crate::object::{Field, FieldValue, Limits};
 use crate::replay::{SceneArrival, ServoSetup, ServoSnapshot};
 use crate::sample::Sample;
-use crate::sample_y::{Row, SAMPLE_Y_COLUMNS, SampleY, one_axis};
+use crate::sample_y::{SAMPLE_Y_COLUMNS, SampleRow, SampleY, one_axis};
 use crate::status::RigState;
 use crate::timing::Timing;
 use crate::values::{word, words};
@@ -175,14 +175,14 @@ struct Batch {
     axes: u8,
     /// The ticks, oldest first.
     #[cfg_attr(feature = "schema", schemars(with = "Vec<Sample>"))]
-    rows: Vec<Row>,
+    rows: Vec<SampleRow>,
 }
 
 impl TryFrom<Batch> for SamplesEvent {
     type Error = &'static str;
 
     fn try_from(batch: Batch) -> Result<Self, Self::Error> {
-        let y = |row: &Row| row.y.ok_or("a row of a rig of two axes has no number for the second");
+        let y = |row: &SampleRow| row.y.ok_or("a row of a rig of two axes has no number for the second");
         Ok(Self {
             seq: batch.seq,
             dropped: batch.dropped,
@@ -215,7 +215,7 @@ struct Rows<'a>(&'a SamplesEvent);
 
 impl Serialize for Rows<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.0.ticks().map(|(sample, y)| Row {
+        serializer.collect_seq(self.0.ticks().map(|(sample, y)| SampleRow {
             sample: *sample,
             y: y.copied(),
         }))

@@ -1,6 +1,6 @@
 //! One tick, as subscribers see it.
 
-use crate::sample_y::Row;
+use crate::sample_y::SampleRow;
 use crate::status::RigState;
 use haptic_core::servo::InputWord;
 use serde::de::{DeserializeOwned, Error, SeqAccess};
@@ -42,7 +42,7 @@ macro_rules! sample {
         /// One tick. On the wire it is a row: an array in the order of [`SAMPLE_COLUMNS`].
         #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
         #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-        #[serde(from = "Row", into = "Row")]
+        #[serde(from = "SampleRow", into = "SampleRow")]
         pub struct Sample {
             $($(#[doc = $doc])* pub $field: $type,)*
         }
@@ -54,9 +54,9 @@ macro_rules! sample {
         pub const FIRST_SAMPLE_COLUMNS: usize = 14;
 
         #[cfg(feature = "schema")]
-        impl schemars::JsonSchema for Row {
+        impl schemars::JsonSchema for SampleRow {
             fn schema_name() -> std::borrow::Cow<'static, str> {
-                "Row".into()
+                "SampleRow".into()
             }
 
             fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
@@ -192,12 +192,12 @@ mod tests {
             sample_position_m: f64::NAN,
             ..SampleY::default()
         };
-        let row = Row {
+        let row = SampleRow {
             sample: lost,
             y: Some(y),
         };
         let text = serde_json::to_string(&row).expect("writes");
-        let read: Row = serde_json::from_str(&text).expect("reads");
+        let read: SampleRow = serde_json::from_str(&text).expect("reads");
         assert!(read.sample.tick == 7 && read.sample.sample_position_m.is_nan());
         let y = read.y.expect("a second axis");
         assert!(y.device_position_m == 0.1 && y.sample_position_m.is_nan(), "{y:?}");

@@ -110,24 +110,24 @@ pub(crate) fn is_one_axis(axes: &u8) -> bool {
 
 /// A row of a rig of one axis or of two.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Row {
+pub(crate) struct SampleRow {
     pub(crate) sample: Sample,
     pub(crate) y: Option<SampleY>,
 }
 
-impl From<Row> for Sample {
-    fn from(row: Row) -> Self {
+impl From<SampleRow> for Sample {
+    fn from(row: SampleRow) -> Self {
         row.sample
     }
 }
 
-impl From<Sample> for Row {
+impl From<Sample> for SampleRow {
     fn from(sample: Sample) -> Self {
         Self { sample, y: None }
     }
 }
 
-impl Serialize for Row {
+impl Serialize for SampleRow {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut row = serializer.serialize_seq(None)?;
         self.sample.write_cells(&mut row)?;
@@ -138,7 +138,7 @@ impl Serialize for Row {
     }
 }
 
-impl<'de> Deserialize<'de> for Row {
+impl<'de> Deserialize<'de> for SampleRow {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Cells;
 
@@ -151,13 +151,13 @@ impl<'de> Deserialize<'de> for Row {
         }
 
         impl<'de> Visitor<'de> for Cells {
-            type Value = Row;
+            type Value = SampleRow;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("a row of a sample")
             }
 
-            fn visit_seq<A: SeqAccess<'de>>(self, mut cells: A) -> Result<Row, A::Error> {
+            fn visit_seq<A: SeqAccess<'de>>(self, mut cells: A) -> Result<SampleRow, A::Error> {
                 let sample = Sample::of_cells(&mut cells)?;
                 let mut y = [0.0; SAMPLE_Y_COLUMNS.len()];
                 let mut there = 0;
@@ -171,7 +171,7 @@ impl<'de> Deserialize<'de> for Row {
                 }
                 while cells.next_element::<IgnoredAny>()?.is_some() {}
                 let y = (there == y.len()).then(|| SampleY::of_cells(y));
-                Ok(Row { sample, y })
+                Ok(SampleRow { sample, y })
             }
         }
         deserializer.deserialize_seq(Cells)

@@ -47,7 +47,7 @@ pub enum Measured<'a> {
     /// A scene along a motion.
     Scene(&'a mut Renderer, &'a [DeviceSample]),
     /// A motion of the rig's own, along that of the handle.
-    Motion(&'a mut OwnMotion, &'a [DeviceSample]),
+    MotionFile(&'a mut OwnMotion, &'a [DeviceSample]),
     /// A block in the plane along a motion.
     Plane(&'a mut PlaneBlock, &'a [DeviceSample<Plane>]),
 }
@@ -66,7 +66,7 @@ pub fn measured_ticks(what: Measured<'_>) {
         Measured::Scene(renderer, motion) => each(motion, |elapsed_s, position, velocity| {
             std::hint::black_box(renderer.tick(elapsed_s, position, velocity));
         }),
-        Measured::Motion(own, motion) => each(motion, |elapsed_s, position, velocity| {
+        Measured::MotionFile(own, motion) => each(motion, |elapsed_s, position, velocity| {
             std::hint::black_box(own.tick(elapsed_s, position, velocity));
         }),
         Measured::Plane(block, motion) => {
@@ -146,7 +146,7 @@ impl Probe {
                 for (_, excitation) in excitations() {
                     // They are bounded, which a test runs through.
                     if let Ok(mut own) = begun(excitation, &motion) {
-                        measured_ticks(Measured::Motion(&mut own, &motion));
+                        measured_ticks(Measured::MotionFile(&mut own, &motion));
                     }
                 }
             }
@@ -211,7 +211,7 @@ mod tests {
         let motion = hand();
         for (name, excitation) in excitations() {
             let mut own = begun(excitation, &motion).expect("bounded");
-            measured_ticks(Measured::Motion(&mut own, &motion));
+            measured_ticks(Measured::MotionFile(&mut own, &motion));
             assert_eq!(own.end(), None, "{name}");
         }
     }

@@ -5,7 +5,7 @@ use haptic_core::planar::Plane;
 use haptic_core::velocity::AlphaBetaGamma;
 pub use haptic_motion::MotionError;
 use haptic_motion::table::TableOptions;
-use haptic_motion::{Row, Rows, median};
+use haptic_motion::{MotionRow, Rows, median};
 use std::path::Path;
 
 /// One sample of the device, on a line or in the plane.
@@ -32,14 +32,14 @@ const STRETCH: usize = 10_000;
 
 /// A motion file of one axis or two.
 #[expect(missing_debug_implementations, reason = "the file's reader has none")]
-pub enum Motion {
+pub enum MotionFile {
     /// On a line.
     Line(MotionReader),
     /// In the plane.
     Plane(MotionReader<Plane>),
 }
 
-impl Motion {
+impl MotionFile {
     /// Opens a file and reads its first stretch. `table` says how a table of another program is read.
     ///
     /// # Errors
@@ -120,8 +120,8 @@ impl<V: Vector> MotionReader<V> {
         Ok(self.samples(&stretch))
     }
 
-    fn samples(&mut self, rows: &[Row]) -> Vec<DeviceSample<V>> {
-        let sample = |row: &Row| {
+    fn samples(&mut self, rows: &[MotionRow]) -> Vec<DeviceSample<V>> {
+        let sample = |row: &MotionRow| {
             let elapsed_s = row.t_s - self.last_s.replace(row.t_s).unwrap_or(row.t_s);
             let read = [
                 (row.position_m, row.velocity_mps),
@@ -146,29 +146,29 @@ impl<V: Vector> MotionReader<V> {
     }
 }
 
-fn read_stretch(rows: &mut Rows) -> Result<Vec<Row>, MotionError> {
+fn read_stretch(rows: &mut Rows) -> Result<Vec<MotionRow>, MotionError> {
     rows.take(STRETCH).collect()
 }
 
 /// Reads a motion and keeps nothing of it.
 ///
 /// # Errors
-/// As those of [`Motion::open`].
+/// As those of [`MotionFile::open`].
 pub fn check(path: &Path, table: &TableOptions) -> Result<(), MotionError> {
     fn rest<V: Vector>(mut motion: MotionReader<V>) -> Result<(), MotionError> {
         while !motion.next_stretch()?.is_empty() {}
         Ok(())
     }
-    match Motion::open(path, table)? {
-        Motion::Line(motion) => rest(motion),
-        Motion::Plane(motion) => rest(motion),
+    match MotionFile::open(path, table)? {
+        MotionFile::Line(motion) => rest(motion),
+        MotionFile::Plane(motion) => rest(motion),
     }
 }
 
 /// Reads the whole of a motion of one axis.
 ///
 /// # Errors
-/// As those of [`Motion::open`]; it is one in the plane.
+/// As those of [`MotionFile::open`]; it is one in the plane.
 pub fn read(path: &Path) -> Result<Vec<DeviceSample>, MotionError> {
     let mut motion = MotionReader::<f64>::new(path, Rows::open(path)?)?;
     let mut samples = Vec::new();

@@ -7,14 +7,14 @@ use haptic_ipc::{Sample, SampleY};
 
 /// A row of a rig of one axis or of two.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct RecordedRow {
     /// The row, whose vectors have their parts along the first axis here.
     pub sample: Sample,
     /// The parts along the second axis; `None` of a rig of one.
     pub y: Option<SampleY>,
 }
 
-impl Row {
+impl RecordedRow {
     /// Position as the device reported it, m.
     pub(crate) fn sample_position<V: Vector>(&self) -> V {
         self.vector(|x| x.sample_position_m, |y| y.sample_position_m)
@@ -46,8 +46,8 @@ pub(crate) fn with_outputs<V: Vector>(
     sample_position: V,
     servo: &Servo<V>,
     outputs: &Outputs<V>,
-) -> Row {
-    Row {
+) -> RecordedRow {
+    RecordedRow {
         sample: Sample {
             state: servo.state(),
             contact: outputs.contact,
@@ -71,7 +71,7 @@ pub fn of_step<V: Vector>(
     word: InputWord,
     servo: &Servo<V>,
     outputs: &Outputs<V>,
-) -> Row {
+) -> RecordedRow {
     let measured = inputs.sample.unwrap_or(Measurement::new(0, 0, V::ZERO));
     let sample = Sample {
         tick,

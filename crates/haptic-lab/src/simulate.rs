@@ -19,7 +19,7 @@ pub struct Start<V = f64> {
 
 /// The block after a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row<V = f64> {
+pub struct SimulatedRow<V = f64> {
     /// The sample.
     pub device: DeviceSample<V>,
     /// Block position, m.
@@ -49,7 +49,7 @@ pub struct ContactChange {
 #[derive(Clone, Debug)]
 pub struct Simulation<V = f64> {
     /// One row for each sample.
-    pub rows: Vec<Row<V>>,
+    pub rows: Vec<SimulatedRow<V>>,
     /// The changes of contact.
     pub events: Vec<ContactChange>,
     /// Energy that friction put into the block, J. A friction that only opposes motion gives 0.
@@ -120,7 +120,7 @@ impl<V: Vector> Simulator<V> {
 
     /// The block after a sample; adds the changes of contact on the way. No time passes before the
     /// first sample: its row is the start.
-    pub fn step(&mut self, sample: &DeviceSample<V>, events: &mut Vec<ContactChange>) -> Row<V> {
+    pub fn step(&mut self, sample: &DeviceSample<V>, events: &mut Vec<ContactChange>) -> SimulatedRow<V> {
         let mut listener = Listener {
             tick_began_s: self.last_s,
             events,
@@ -136,7 +136,7 @@ impl<V: Vector> Simulator<V> {
         self.exhausted_ticks += u64::from(rendered.work_exhausted);
         self.last_s = sample.t_s;
         let block = self.renderer.shown();
-        Row {
+        SimulatedRow {
             device: *sample,
             block_position_m: block.position,
             block_velocity_mps: block.velocity,
@@ -362,7 +362,7 @@ pub fn write_rows_header<V: Vector>(mut out: impl io::Write) -> io::Result<()> {
 ///
 /// # Errors
 /// The output cannot be written.
-pub fn write_rows<V: Vector>(rows: &[Row<V>], mut out: impl io::Write) -> io::Result<()> {
+pub fn write_rows<V: Vector>(rows: &[SimulatedRow<V>], mut out: impl io::Write) -> io::Result<()> {
     for row in rows {
         let vectors = [
             row.device.position_m,

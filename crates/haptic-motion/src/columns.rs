@@ -1,6 +1,6 @@
 //! Which columns of a table make a motion.
 
-use crate::Row;
+use crate::MotionRow;
 use crate::error::MotionError;
 use std::path::Path;
 
@@ -47,7 +47,7 @@ impl Columns {
         })
     }
 
-    /// Its columns in the order of a [`Row`]'s fields.
+    /// Its columns in the order of a [`MotionRow`]'s fields.
     pub(crate) fn all(&self) -> [Option<Column>; 5] {
         [
             Some(self.time),
@@ -59,8 +59,11 @@ impl Columns {
     }
 
     /// A row of its cells, which are asked for in the order of [`all`](Self::all).
-    pub(crate) fn row(&self, mut cell: impl FnMut(&Column) -> Result<f64, MotionError>) -> Result<Row, MotionError> {
-        Ok(Row {
+    pub(crate) fn row(
+        &self,
+        mut cell: impl FnMut(&Column) -> Result<f64, MotionError>,
+    ) -> Result<MotionRow, MotionError> {
+        Ok(MotionRow {
             t_s: cell(&self.time)?,
             position_m: cell(&self.position)?,
             velocity_mps: self.velocity.as_ref().map(&mut cell).transpose()?,

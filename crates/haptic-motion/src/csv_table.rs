@@ -1,6 +1,6 @@
 //! Motions in recordings of hapticd in CSV.
 
-use crate::Row;
+use crate::MotionRow;
 use crate::columns::{Column, Columns};
 use crate::error::{MotionError, Place};
 use crate::opened::Input;
@@ -43,7 +43,7 @@ impl CsvTable {
         &self.columns
     }
 
-    pub(crate) fn row(&mut self) -> Result<Option<(Place, Row)>, MotionError> {
+    pub(crate) fn row(&mut self) -> Result<Option<(Place, MotionRow)>, MotionError> {
         let read = self.reader.read_record(&mut self.record);
         if !read.map_err(|error| MotionError::format(&self.path, error))? {
             return Ok(None);

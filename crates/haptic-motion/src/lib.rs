@@ -47,7 +47,7 @@ use table::{Quantity, Table, TableOptions};
 
 /// One row of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct MotionRow {
     /// Time, s.
     pub t_s: f64,
     /// Position, m.
@@ -79,7 +79,7 @@ enum Source {
     Mcap(McapTable),
     Parquet(ParquetTable),
     Table {
-        rows: std::vec::IntoIter<(Place, Row)>,
+        rows: std::vec::IntoIter<(Place, MotionRow)>,
         has_second_axis: bool,
     },
 }
@@ -196,7 +196,7 @@ impl Rows {
         }
     }
 
-    fn row(&mut self) -> Result<Option<Row>, MotionError> {
+    fn row(&mut self) -> Result<Option<MotionRow>, MotionError> {
         let next = match &mut self.source {
             Source::Csv(table) => table.row()?,
             Source::Mcap(table) => table.row()?,
@@ -251,9 +251,9 @@ impl Source {
     fn of_table(table: Table, notes: &mut Vec<String>) -> Self {
         let values = |quantity: usize| table.values.get(quantity).map_or(&[][..], Vec::as_slice);
         let [positions, velocities, positions_y, velocities_y] = [0, 1, 2, 3].map(values);
-        let rows: Vec<(Place, Row)> = (0..table.t_s.len())
+        let rows: Vec<(Place, MotionRow)> = (0..table.t_s.len())
             .map(|at| {
-                let row = Row {
+                let row = MotionRow {
                     t_s: table.t_s[at],
                     position_m: positions[at],
                     velocity_mps: velocities.get(at).copied(),
@@ -273,7 +273,7 @@ impl Source {
 }
 
 impl Iterator for Rows {
-    type Item = Result<Row, MotionError>;
+    type Item = Result<MotionRow, MotionError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.failed {

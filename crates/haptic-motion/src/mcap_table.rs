@@ -1,6 +1,6 @@
 //! Motions in MCAP: a channel of fixed structs.
 
-use crate::Row;
+use crate::MotionRow;
 use crate::cdr::{self, Field};
 use crate::columns::{Column, Columns, TIME};
 use crate::error::{MotionError, Place};
@@ -80,7 +80,7 @@ impl McapTable {
         &self.columns
     }
 
-    pub(crate) fn row(&mut self) -> Result<Option<(Place, Row)>, MotionError> {
+    pub(crate) fn row(&mut self) -> Result<Option<(Place, MotionRow)>, MotionError> {
         while let Some(record) = next_record(&self.path, &mut self.reader, &mut self.input)? {
             let Record::Message { header, data } = record else {
                 continue;

@@ -1,6 +1,6 @@
 //! Motions in recordings of hapticd in Parquet.
 
-use crate::Row;
+use crate::MotionRow;
 use crate::columns::{Column, Columns};
 use crate::error::{MotionError, Place};
 use crate::guard::guarded;
@@ -48,7 +48,7 @@ impl ParquetTable {
         &self.columns
     }
 
-    pub(crate) fn row(&mut self) -> Result<Option<(Place, Row)>, MotionError> {
+    pub(crate) fn row(&mut self) -> Result<Option<(Place, MotionRow)>, MotionError> {
         loop {
             if let Some(group) = &mut self.group
                 && group.fill(&self.path)?

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-fn rows_of(bytes: &[u8]) -> Result<Vec<Row>, MotionError> {
+fn rows_of(bytes: &[u8]) -> Result<Vec<MotionRow>, MotionError> {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("motion");
     std::fs::write(&path, bytes).expect("written");
@@ -18,17 +18,17 @@ fn error_of(bytes: &[u8]) -> String {
     rows_of(bytes).expect_err("not a motion").to_string()
 }
 
-fn row(k: u32) -> Row {
-    Row {
+fn row(k: u32) -> MotionRow {
+    MotionRow {
         t_s: f64::from(k) * 1e-3,
         position_m: f64::from(k).sin(),
         velocity_mps: Some(f64::from(k).cos()),
-        ..Row::default()
+        ..MotionRow::default()
     }
 }
 
 /// A recording's channel after one that is something else.
-fn mcap(count: u32, schema: &str, cells: fn(Row) -> Vec<u8>) -> Vec<u8> {
+fn mcap(count: u32, schema: &str, cells: fn(MotionRow) -> Vec<u8>) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let options = mcap::WriteOptions::new().use_chunks(false);
     let mut writer = options.create(&mut bytes).expect("begun");
@@ -60,7 +60,7 @@ fn mcap(count: u32, schema: &str, cells: fn(Row) -> Vec<u8>) -> Vec<u8> {
 
 const SCHEMA: &str = "uint64 tick\nuint8 state\nfloat64 t_s\nfloat64 device_position_m\nfloat32 device_velocity_mps\n";
 
-fn cdr(row: Row) -> Vec<u8> {
+fn cdr(row: MotionRow) -> Vec<u8> {
     #[expect(clippy::cast_possible_truncation, reason = "the column is of this type")]
     let velocity = row.velocity_mps.unwrap_or_default() as f32;
     [
@@ -80,7 +80,7 @@ fn parquet(count: u32, schema: &str, with_gaps: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
     let properties = Arc::new(WriterProperties::builder().build());
     let mut writer = SerializedFileWriter::new(&mut bytes, schema, properties).expect("begun");
-    let all: Vec<Row> = (0..count).map(row).collect();
+    let all: Vec<MotionRow> = (0..count).map(row).collect();
     for rows in all.chunks(1000) {
         let mut group = writer.next_row_group().expect("a group");
         let mut place = 0;
@@ -133,7 +133,7 @@ fn by_zstandard(mut file: Vec<u8>) -> Vec<u8> {
 const COLUMNS: &str = "message rows { required int64 tick; required double t_s; optional double position_m; \
                        required float velocity_mps; }";
 
-fn assert_rows(found: &[Row], count: u32) {
+fn assert_rows(found: &[MotionRow], count: u32) {
     assert_eq!(found.len(), count as usize);
     for (k, found) in (0..).zip(found) {
         let wanted = row(k);
@@ -178,7 +178,7 @@ fn each_format_has_the_second_axis() {
     let names = "t_s,device_position_m,device_velocity_mps,device_position_y_m,device_velocity_y_mps";
     let table = format!("{names}\n{lines}");
     let schema = format!("{SCHEMA}float32 device_position_y_m\n");
-    let message = |row: Row| {
+    let message = |row: MotionRow| {
         let mut message = cdr(row);
         message.extend_from_within(message.len() - 4..);
         message
@@ -195,7 +195,7 @@ fn each_format_has_the_second_axis() {
         std::fs::write(&path, &bytes).expect("written");
         let found = Rows::open_any(&path, &TableOptions::default()).expect("a motion");
         assert!(found.has_second_axis());
-        let found: Vec<Row> = found.collect::<Result<_, _>>().expect("a motion");
+        let found: Vec<MotionRow> = found.collect::<Result<_, _>>().expect("a motion");
         assert_rows(&found, 50);
         for row in found {
             assert_eq!(
@@ -260,7 +260,7 @@ fn broken_off_parquet_is_read_from_its_partial_file() {
     let path = directory.path().join("rig.parquet");
     std::fs::write(&path, "").expect("written");
     std::fs::write(directory.path().join("rig.parquet.partial.mcap"), mcap(20, SCHEMA, cdr)).expect("written");
-    let rows: Result<Vec<Row>, _> = Rows::open(&path).expect("a motion").collect();
+    let rows: Result<Vec<MotionRow>, _> = Rows::open(&path).expect("a motion").collect();
     assert_rows(&rows.expect("a motion"), 20);
 }
 
@@ -304,7 +304,7 @@ fn what_is_not_a_motion_is_refused_by_its_row() {
         (mcap(3, no_motion, cdr), vec!["`t_s` is missing", "`tick,x`"]),
         (
             mcap(3, SCHEMA, |row| {
-                cdr(Row {
+                cdr(MotionRow {
                     position_m: f64::NAN,
                     ..row
                 })
@@ -312,7 +312,7 @@ fn what_is_not_a_motion_is_refused_by_its_row() {
             vec!["row 1", "device_position_m", "NaN"],
         ),
         (
-            mcap(3, SCHEMA, |row| cdr(Row { t_s: 1.0, ..row })),
+            mcap(3, SCHEMA, |row| cdr(MotionRow { t_s: 1.0, ..row })),
             vec!["row 2", "t_s = 1 s"],
         ),
         (mcap(3, SCHEMA, |row| cdr(row)[..20].to_vec()), vec!["row 1", "shorter"]),
@@ -373,7 +373,7 @@ fn foreign_table_is_a_motion_by_its_names_and_units() {
     std::fs::write(&path, text).expect("written");
     let found = Rows::open(&path).expect("a motion");
     assert!(!found.notes().is_empty(), "{:?}", found.notes());
-    let found: Vec<Row> = found.collect::<Result<_, _>>().expect("a motion");
+    let found: Vec<MotionRow> = found.collect::<Result<_, _>>().expect("a motion");
     assert!(found.iter().all(|row| row.velocity_mps.is_none()));
     assert_eq!(found.len(), 100);
     assert_eq!((found[3].t_s, found[3].position_m), (0.006, 0.0015));
@@ -392,7 +392,7 @@ fn options_on_columns_are_used_or_refused() {
     let path = directory.path().join("motion");
     let open = |bytes: &[u8], options: &TableOptions| {
         std::fs::write(&path, bytes).expect("written");
-        Rows::open_any(&path, options)?.collect::<Result<Vec<Row>, _>>()
+        Rows::open_any(&path, options)?.collect::<Result<Vec<MotionRow>, _>>()
     };
     let gain = |gain| TableOptions {
         position_gain: Some(gain),

@@ -4,7 +4,7 @@
 //! however many threads run it, and however often it was killed.
 
 use super::operator::{self, OperatorError};
-use super::session::{FinishedTrial, News, Row, Session, Task};
+use super::session::{FinishedTrial, News, Session, Task, TrialRow};
 use super::store::{Keeper, RigDescription, StoreError, Study};
 use super::subject::Subject;
 use super::trial::{FittsTrial, Operator};
@@ -169,8 +169,8 @@ fn rows_of_segment(study: &Study, subject: &Subject, session: &Session) -> Resul
     Ok(rows[rows.len() - done as usize..].iter().cloned().collect())
 }
 
-fn is_again(known: &FittsTrial, again: &Row) -> Result<(), RunError> {
-    let is_same = matches!(again, Row::Fitts(again) if *known == FittsTrial {
+fn is_again(known: &FittsTrial, again: &TrialRow) -> Result<(), RunError> {
+    let is_same = matches!(again, TrialRow::Fitts(again) if *known == FittsTrial {
         recording: known.recording.clone(),
         ..(**again).clone()
     });

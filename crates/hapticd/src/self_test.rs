@@ -321,13 +321,13 @@ mod tests {
     use super::*;
     use crate::rt::handoff::hand_over;
     use crate::rt::lateness::{LatePolicy, Lateness};
-    use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
+    use device_io::fake::{FakeRig, Hand, HandMotion, RigProperties};
     use haptic_core::servo::Command;
     use haptic_core::{Renderer, Scene, Scheme};
 
     #[test]
     fn the_turns_leave_no_more_records_than_there_is_room_for() {
-        let motion = Motion::Sine {
+        let motion = HandMotion::Sine {
             amplitude_m: 0.01,
             frequency_hz: 0.5,
         };

@@ -6,7 +6,7 @@ use super::options::ODriveOptions;
 use super::virtual_line::{MS, VirtualLine as Line};
 use crate::fake::{ODriveBoard, ODriveProperties};
 use crate::text::{Text, TooLong};
-use device_io::fake::{Hand, Misbehaviour, Motion, RigProperties};
+use device_io::fake::{Hand, HandMotion, Misbehaviour, RigProperties};
 use device_io::protocol::message::{ErrorCode, ErrorReport};
 use device_io::{DeviceError, Motor};
 
@@ -238,7 +238,7 @@ fn foreign_closed_loop_is_ended_while_no_force_is_wanted() {
 
 #[test]
 fn a_bad_line_loses_samples_and_never_makes_a_wrong_one() {
-    let motion = Motion::Sine {
+    let motion = HandMotion::Sine {
         amplitude_m: 0.03,
         frequency_hz: 1.0,
     };

@@ -115,10 +115,10 @@ impl Device for FakeRig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fake::Motion;
+    use crate::fake::HandMotion;
     use std::f64::consts::TAU;
 
-    const MOTION: Motion = Motion::Sine {
+    const MOTION: HandMotion = HandMotion::Sine {
         amplitude_m: 0.03,
         frequency_hz: 2.0,
     };

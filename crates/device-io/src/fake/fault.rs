@@ -46,7 +46,7 @@ pub enum Fault {
 }
 
 /// A line of text, as a help text has it, the least and the most of its numbers, and the fault that it makes.
-pub(super) type Line<F> = (&'static str, &'static [(f64, f64)], fn(f64, f64) -> F);
+pub(super) type FaultSyntax<F> = (&'static str, &'static [(f64, f64)], fn(f64, f64) -> F);
 
 const SHARE: &[(f64, f64)] = &[(0.0, 1.0)];
 
@@ -59,7 +59,7 @@ pub(super) const SWITCH: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
     clippy::cast_sign_loss,
     reason = "checked to lie within"
 )]
-static OF_LINE: [Line<Fault>; 12] = [
+static OF_LINE: [FaultSyntax<Fault>; 12] = [
     ("delay MS", &[(0.0, 1e4)], |ms, _| Fault::Delay(ms)),
     ("jitter MS", &[(0.0, 1e4)], |ms, _| Fault::Jitter(ms)),
     ("loss SHARE", SHARE, |share, _| Fault::Loss(share)),
@@ -82,12 +82,12 @@ impl Fault {
     }
 }
 
-fn help<F>(lines: &[Line<F>]) -> String {
+fn help<F>(lines: &[FaultSyntax<F>]) -> String {
     lines.iter().map(|(usage, ..)| *usage).collect::<Vec<_>>().join(", ")
 }
 
 /// Reads the words of a line; nothing if it is none of these.
-fn read<F>(lines: &[Line<F>], words: &[&str]) -> Option<Result<F, String>> {
+fn read<F>(lines: &[FaultSyntax<F>], words: &[&str]) -> Option<Result<F, String>> {
     let (&name, values) = words.split_first()?;
     let (usage, ranges, make) = lines.iter().find(|(usage, ..)| usage.split(' ').next() == Some(name))?;
     let other = || format!("`{}` is not like `{usage}`", words.join(" "));

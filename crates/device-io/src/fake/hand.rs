@@ -13,7 +13,7 @@ pub enum Hand {
     /// Nobody: the carriage is free.
     Free,
     /// A hand so strong that the carriage follows it whatever the force.
-    Prescribed(Motion),
+    Prescribed(HandMotion),
     /// A hand that pushes with `offset + amplitude sin(2 pi frequency t)` newtons, wherever the
     /// carriage goes.
     Push {
@@ -31,7 +31,7 @@ pub enum Hand {
         /// Damping of the arm, N s/m.
         damping_ns_per_m: f64,
         /// Intended motion of the hand.
-        motion: Motion,
+        motion: HandMotion,
     },
     /// A hand that pulls through an arm to where a person points, and lets go without news of that.
     Pointer(PointerArm),
@@ -65,7 +65,7 @@ impl fmt::Display for Hand {
 
 /// A motion: position and velocity for every time.
 #[derive(Clone, Debug)]
-pub enum Motion {
+pub enum HandMotion {
     /// `-amplitude cos(2 pi frequency t)`: it begins at rest, at one end.
     Sine {
         /// Half the stroke, m.
@@ -77,7 +77,7 @@ pub enum Motion {
     Recorded(Arc<Recording>),
 }
 
-impl Motion {
+impl HandMotion {
     /// Position (m) and velocity (m/s) at `t_s` >= 0.
     #[must_use]
     pub fn at(&self, t_s: f64) -> (f64, f64) {
@@ -96,7 +96,7 @@ impl Motion {
     }
 }
 
-impl fmt::Display for Motion {
+impl fmt::Display for HandMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Sine {

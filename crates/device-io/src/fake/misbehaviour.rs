@@ -1,6 +1,6 @@
 //! Faults of a firmware, on purpose: a wrong clock, a motor that stays on, a wrong sample.
 
-use super::fault::{Line, SWITCH};
+use super::fault::{FaultSyntax, SWITCH};
 use Misbehaviour::{
     Button, Clock, Error, ForceLimit, HandOff, HandRests, Honest, IgnoreCommandOff, IgnoreOff, KeepMark, NoEcho,
     PositionSpike, SequenceJump, StayEnabled, WatchdogMs,
@@ -63,7 +63,7 @@ pub enum Misbehaviour {
     clippy::cast_sign_loss,
     reason = "checked to lie within"
 )]
-pub(super) static OF_FIRMWARE: [Line<Misbehaviour>; 22] = [
+pub(super) static OF_FIRMWARE: [FaultSyntax<Misbehaviour>; 22] = [
     ("clock-backwards", &[], |_, _| speed(-1.0)),
     ("clock-stop", &[], |_, _| speed(0.0)),
     ("clock-half", &[], |_, _| speed(0.5)),

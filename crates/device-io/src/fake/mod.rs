@@ -22,7 +22,7 @@ pub use fake_rig::FakeRig;
 pub use fault::{Channel, Fault, Quality, TimedFault};
 pub use faulty_line::{FaultyLine, Order};
 pub use firmware::{Firmware, FirmwareProperties, complaint};
-pub use hand::{Hand, Motion, Recording};
+pub use hand::{Hand, HandMotion, Recording};
 pub use mechanics::Mechanics;
 pub use misbehaviour::{ClockFault, Misbehaviour};
 pub use path::{Figure, Path};

@@ -1,6 +1,6 @@
 //! The path of a hand in the plane.
 
-use super::hand::{Motion, Recording};
+use super::hand::{HandMotion, Recording};
 use haptic_core::planar::Plane;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -38,9 +38,9 @@ pub enum Path {
     /// A motion for each axis, from a file.
     Recorded {
         /// Along x.
-        x: Motion,
+        x: HandMotion,
         /// Along y.
-        y: Motion,
+        y: HandMotion,
     },
 }
 
@@ -132,7 +132,7 @@ fn triangle(turns: f64) -> (f64, f64) {
 ///
 /// # Errors
 /// The file cannot be read; or a line of it, by its number.
-pub(super) fn motion_of(file: &FilePath) -> Result<Motion, String> {
+pub(super) fn motion_of(file: &FilePath) -> Result<HandMotion, String> {
     recorded(
         file,
         rows_of(file, "t_s,position_m")?
@@ -141,9 +141,9 @@ pub(super) fn motion_of(file: &FilePath) -> Result<Motion, String> {
     )
 }
 
-fn recorded(file: &FilePath, samples: impl Iterator<Item = (f64, f64)>) -> Result<Motion, String> {
+fn recorded(file: &FilePath, samples: impl Iterator<Item = (f64, f64)>) -> Result<HandMotion, String> {
     let recording = Recording::new(file, samples).map_err(|error| error.to_string())?;
-    Ok(Motion::Recorded(Arc::new(recording)))
+    Ok(HandMotion::Recorded(Arc::new(recording)))
 }
 
 /// The rows of a file with these columns: times, s, that grow, and positions, m.

@@ -222,7 +222,7 @@ impl Plant {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fake::Motion;
+    use crate::fake::HandMotion;
 
     #[test]
     fn a_constant_force_gives_a_parabola() {
@@ -342,7 +342,7 @@ mod tests {
 
     #[test]
     fn a_stiff_arm_follows_its_hand_whatever_the_step() {
-        let motion = Motion::Sine {
+        let motion = HandMotion::Sine {
             amplitude_m: 0.03,
             frequency_hz: 1.0,
         };

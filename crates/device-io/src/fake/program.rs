@@ -2,7 +2,7 @@
 
 use super::fault::TimedFault;
 use super::faulty_line::FaultyLine;
-use super::hand::{Hand, Motion};
+use super::hand::{Hand, HandMotion};
 use super::path::{Figure, Path, motion_of};
 use super::port::Place;
 use haptic_core::planar::Plane;
@@ -51,7 +51,7 @@ impl ProgramOptions {
     /// # Errors
     /// It is the hand of a plane, or its file cannot be read.
     pub fn hand(&self) -> Result<Hand, String> {
-        let motion = Motion::Sine {
+        let motion = HandMotion::Sine {
             amplitude_m: self.hand_amplitude_m,
             frequency_hz: self.hand_frequency_hz,
         };

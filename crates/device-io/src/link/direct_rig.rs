@@ -3,7 +3,7 @@
 
 use super::connector::LoopTiming;
 use super::health::LinkCounters;
-use super::session::{Outgoing, Session};
+use super::session::{LinkSession, Outgoing};
 use crate::device::{Device, DeviceBounds, DeviceError, Measurement, Written};
 use crate::fake::Firmware;
 use crate::protocol::message::{FromDevice, FromHost};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub struct DirectRig {
     firmware: Firmware,
     timing: LoopTiming,
-    session: Option<Session>,
+    session: Option<LinkSession>,
     bounds: DeviceBounds,
     sample_period_ns: u64,
     next_sample_ns: u64,
@@ -44,7 +44,7 @@ impl DirectRig {
         let Some(FromDevice::Hello(hello)) = self.firmware.receive(FromHost::Hello { nonce: 7 }, now_ns) else {
             return;
         };
-        self.session = Some(Session::new(
+        self.session = Some(LinkSession::new(
             &hello,
             self.timing,
             now_ns,

@@ -1,4 +1,4 @@
-//! A serial line that is open for this process alone. Only [`Line::wait`] ever waits.
+//! A serial line that is open for this process alone. Only [`SerialLine::wait`] ever waits.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
@@ -23,12 +23,12 @@ const MAX_READS: usize = 8;
 /// Longest time without room, ns: after that nobody reads the line.
 const STUCK_NS: u64 = 100_000_000;
 
-/// Most bytes in one [`Line::write`]: two frames, or a tick's lines of text.
+/// Most bytes in one [`SerialLine::write`]: two frames, or a tick's lines of text.
 pub const MAX_AT_ONCE: usize = 256;
 
 /// An open serial line.
 #[derive(Debug)]
-pub struct Line {
+pub struct SerialLine {
     fd: OwnedFd,
     /// The rest of a write that the line took only in part.
     rest: [u8; MAX_AT_ONCE],
@@ -38,7 +38,7 @@ pub struct Line {
     failure: Option<LinkError>,
 }
 
-/// Outcome of a [`Line::write`].
+/// Outcome of a [`SerialLine::write`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SendOutcome {
     /// The system has all of them.
@@ -49,7 +49,7 @@ pub enum SendOutcome {
     NoRoom,
 }
 
-impl Line {
+impl SerialLine {
     /// Opens a line for this process alone, at a rate in baud, without waiting for anything.
     ///
     /// # Errors
@@ -273,15 +273,15 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("rig");
         let _rig = Port::plug_in(&path).expect("a terminal");
-        let first = Line::open(&path, 1_000_000).expect("nobody has it");
-        let Err(ConnectError::Refused { remedy, .. }) = Line::open(&path, 1_000_000) else {
+        let first = SerialLine::open(&path, 1_000_000).expect("nobody has it");
+        let Err(ConnectError::Refused { remedy, .. }) = SerialLine::open(&path, 1_000_000) else {
             panic!("it is in use");
         };
         assert!(remedy.contains("fuser -v"), "{remedy}");
         // A kill leaves the line without a close of ours. The superuser may open it in any case, so the flag is read.
         assert!(!is_exclusive(&first.fd));
         drop(first);
-        Line::open(&path, 1_000_000).expect("nobody has it any more");
+        SerialLine::open(&path, 1_000_000).expect("nobody has it any more");
     }
 
     #[expect(unsafe_code, reason = "this request has no safe wrapper")]

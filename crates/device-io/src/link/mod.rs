@@ -14,7 +14,7 @@
 //!
 //! The keeper takes its [`Connector`] from its caller. This crate has one for serial lines and one
 //! for HID, both in the words of [`protocol`](crate::protocol). A crate with other boards writes
-//! its own: [`Line`] opens the serial line, [`LinkCounters`] counts, [`RigIdentity`] names the rig,
+//! its own: [`SerialLine`] opens the serial line, [`LinkCounters`] counts, [`RigIdentity`] names the rig,
 //! and a [`Connection`] reads and writes.
 
 mod connector;
@@ -53,7 +53,7 @@ pub use hid::HidConnector;
 pub use hid_node::HidId;
 pub use identity::RigIdentity;
 pub use keeper::{Keeper, LinkMonitor, LinkState, RunningKeeper};
-pub use line::{Line, MAX_AT_ONCE, SendOutcome};
+pub use line::{MAX_AT_ONCE, SendOutcome, SerialLine};
 pub use link_device::LinkDevice;
 pub use nodes::folder_of;
 pub use planar_link::{Homing, PlanarLink};

@@ -4,7 +4,7 @@ use super::connector::{Connection, LoopTiming};
 use super::health::LinkCounters;
 use super::link_device::LinkDevice;
 use super::planar_link::{Homing, PlanarLink};
-use super::session::Session;
+use super::session::LinkSession;
 use crate::device::{Device, DeviceBounds, DeviceError, Measurement, Written};
 use crate::fake::{Figure, Firmware, FirmwareProperties, Mechanics, Misbehaviour, Path, PlanarProperties, PlanarRig};
 use crate::kinematics::Kinematics;
@@ -49,7 +49,7 @@ fn firmware(kinematics: Kinematics) -> (Firmware, DeviceHello) {
 #[derive(Debug)]
 struct Conversation {
     firmware: Firmware,
-    session: Session,
+    session: LinkSession,
     now_ns: u64,
     /// What the host has asked of the motors last, N or N m.
     efforts: [f64; 2],
@@ -108,7 +108,7 @@ impl Pair {
     fn new(kinematics: Kinematics) -> Self {
         let (firmware, hello) = firmware(kinematics);
         let counters = Arc::new(LinkCounters::default());
-        let session = Session::new(&hello, LoopTiming::default(), 0, Arc::clone(&counters));
+        let session = LinkSession::new(&hello, LoopTiming::default(), 0, Arc::clone(&counters));
         let now_ns = 0;
         let shared = Shared(Arc::new(Mutex::new(Conversation {
             firmware,

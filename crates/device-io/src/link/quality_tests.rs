@@ -5,7 +5,7 @@
 use super::connector::LoopTiming;
 use super::health::LinkCounters;
 use super::serial::Reader;
-use super::session::Session;
+use super::session::LinkSession;
 use super::session::tests::greeted_firmware;
 use crate::fake::{Channel, Firmware, Quality};
 use crate::protocol::frame::{Decoder, Frame};
@@ -29,7 +29,7 @@ struct Rendering {
     down: Channel,
     quality: Quality,
     reader: Reader,
-    session: Session,
+    session: LinkSession,
     counters: Arc<LinkCounters>,
     velocity: Estimator,
     renderer: Renderer,
@@ -56,7 +56,7 @@ impl Rendering {
             down: Channel::new(2),
             quality,
             reader: Reader::default(),
-            session: Session::new(&hello, LoopTiming::default(), now_ns, Arc::clone(&counters)),
+            session: LinkSession::new(&hello, LoopTiming::default(), now_ns, Arc::clone(&counters)),
             counters,
             velocity: Estimator::new(Method::default(), 1e-3, 1e-5),
             renderer,

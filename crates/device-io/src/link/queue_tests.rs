@@ -3,7 +3,7 @@
 
 use super::connector::LoopTiming;
 use super::health::{Delivery, LinkCounters};
-use super::session::Session;
+use super::session::LinkSession;
 use super::session::tests::greeted_firmware;
 use crate::device::DeviceError;
 use crate::fake::Firmware;
@@ -40,7 +40,7 @@ impl Setup {
 /// A loop, a line and a rig.
 struct Rig {
     setup: Setup,
-    session: Session,
+    session: LinkSession,
     counters: Arc<LinkCounters>,
     firmware: Firmware,
     /// What is on its way down, when it was sent, and when it is through, ns.
@@ -66,7 +66,7 @@ impl Rig {
         };
         Self {
             setup,
-            session: Session::new(&hello, timing, now_ns, Arc::clone(&counters)),
+            session: LinkSession::new(&hello, timing, now_ns, Arc::clone(&counters)),
             counters,
             firmware,
             down: VecDeque::new(),

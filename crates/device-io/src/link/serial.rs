@@ -5,7 +5,7 @@
 use super::connector::{ConnectError, Connector, GreetedDevice, LoopTiming};
 use super::health::LinkCounters;
 use super::identity::RigIdentity;
-use super::line::{Line, SendOutcome};
+use super::line::{SendOutcome, SerialLine};
 use super::nodes::folder_of;
 use super::session::{Outgoing, RejectedInput};
 use super::wire::{self, Sent, Wire};
@@ -77,7 +77,7 @@ impl Reader {
 /// A serial line and the messages on it.
 #[derive(Debug)]
 struct SerialWire {
-    line: Line,
+    line: SerialLine,
     reader: Reader,
     /// The system has all of the command that was last sent.
     taken: bool,
@@ -86,7 +86,7 @@ struct SerialWire {
 impl SerialWire {
     fn open(path: &Path, baud: u32) -> Result<Self, ConnectError> {
         Ok(Self {
-            line: Line::open(path, baud)?,
+            line: SerialLine::open(path, baud)?,
             reader: Reader::default(),
             taken: false,
         })
@@ -216,7 +216,7 @@ mod tests {
     use super::*;
     use crate::fake::Port;
     use crate::link::connector::Connection;
-    use crate::link::session::Session;
+    use crate::link::session::LinkSession;
     use crate::link::session::tests::greeted_firmware;
     use crate::link::wire::WireConnection;
     use std::sync::atomic::Ordering::Relaxed;
@@ -231,7 +231,7 @@ mod tests {
         let now_ns = 1_000_000_000;
         let mut connection = WireConnection {
             wire: SerialWire::open(&path, 1_000_000).expect("it is there"),
-            session: Session::new(&hello, LoopTiming::default(), now_ns, Arc::clone(&counters)),
+            session: LinkSession::new(&hello, LoopTiming::default(), now_ns, Arc::clone(&counters)),
             counters: Arc::clone(&counters),
             wait_ns: 0,
         };

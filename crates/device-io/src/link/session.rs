@@ -119,7 +119,7 @@ impl Outgoing {
 
 /// A conversation with a device.
 #[derive(Debug)]
-pub(crate) struct Session {
+pub(crate) struct LinkSession {
     counters: Arc<LinkCounters>,
     clock: DeviceClock,
     axes: [Option<Axis>; 2],
@@ -150,7 +150,7 @@ pub(crate) struct Session {
     error: Option<ErrorReport>,
 }
 
-impl Session {
+impl LinkSession {
     /// Begins with a device's hello, at a time of ours, ns.
     pub(crate) fn new(hello: &DeviceHello, timing: LoopTiming, now_ns: u64, counters: Arc<LinkCounters>) -> Self {
         counters.begin_conversation();

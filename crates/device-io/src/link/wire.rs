@@ -5,7 +5,7 @@
 use super::connector::{ConnectError, Connection, DeviceInfo, GreetedDevice, LoopTiming, TwoMotors};
 use super::health::{LinkCounters, add};
 use super::identity::RigIdentity;
-use super::session::{Outgoing, RejectedInput, Session};
+use super::session::{LinkSession, Outgoing, RejectedInput};
 use crate::device::{self, DeviceError, Measurement, Written};
 use crate::protocol::message::{DeviceHello, FromDevice, FromHost, MessageError};
 use crate::protocol::view::ViewError;
@@ -140,7 +140,7 @@ pub(super) fn greeted(
         },
         connection: Box::new(WireConnection {
             wire,
-            session: Session::new(hello, timing, device::now_ns(), Arc::clone(counters)),
+            session: LinkSession::new(hello, timing, device::now_ns(), Arc::clone(counters)),
             counters: Arc::clone(counters),
             wait_ns: timing.period_ns / 4,
         }),
@@ -162,7 +162,7 @@ fn two_motors(hello: &DeviceHello) -> Option<TwoMotors> {
 #[derive(Debug)]
 pub(super) struct WireConnection<W: Wire> {
     pub(super) wire: W,
-    pub(super) session: Session,
+    pub(super) session: LinkSession,
     pub(super) counters: Arc<LinkCounters>,
     /// Longest wait in a tick for a sample that is about to come, ns.
     pub(super) wait_ns: u64,

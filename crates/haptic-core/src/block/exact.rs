@@ -28,7 +28,7 @@ use super::body::{BlockState, Coupling, EventSink, Load, Rendered};
 use super::course::{CoupledBlock, Course, Outcome, PiecewiseBlock, under, work_budget};
 use super::expansion::Piece;
 use super::linear_slide::FallLevel;
-use super::oscillator::Motion;
+use super::oscillator::InitialState;
 use crate::contact::{Contact, ContactMemory, StaticLimit};
 use crate::directional::Direction;
 use crate::snapshot::Archive;
@@ -137,7 +137,7 @@ impl<S: Slide, R: StaticLimit, const N: usize> ExactBlock<S, R, N> {
         let level = self.fall_level();
         let w0 = sign * self.coupled.state.velocity;
         let slide = self.slides.get_mut(direction);
-        let motion = Motion {
+        let motion = InitialState {
             w0,
             f0: course
                 .net_force
@@ -269,7 +269,7 @@ impl<S: Slide, R: StaticLimit, const N: usize> PiecewiseBlock for ExactBlock<S, 
             Contact::Sliding(direction) => {
                 let sign = direction.sign();
                 let level = self.fall_level();
-                let motion = Motion {
+                let motion = InitialState {
                     w0: sign * self.coupled.state.velocity,
                     f0: sign * load.at_start - self.slides.get(direction).friction_at(0.0),
                     g1: sign * load.slope,
@@ -418,11 +418,11 @@ pub(crate) trait Slide: Clone + Debug + Send + Sync + 'static {
     /// at its end.
     ///
     /// `motion.f0` is the force on the block at rest, less the friction at no speed.
-    fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)>;
+    fn steady(&mut self, motion: &InitialState, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)>;
 
     /// The next piece of a slide, with its energy if a listener wants that; `None` where it met more extrema than a
     /// tick may work through.
-    fn piece(&mut self, motion: &Motion, level: FallLevel, course: &Course, listens: bool) -> Option<SlidePiece>;
+    fn piece(&mut self, motion: &InitialState, level: FallLevel, course: &Course, listens: bool) -> Option<SlidePiece>;
 }
 
 /// The slides by direction: one where the surface is the same either way, else two.

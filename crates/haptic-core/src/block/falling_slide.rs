@@ -5,7 +5,7 @@ use super::course::Course;
 use super::exact::{Slide, SlidePiece};
 use super::expansion::{CoupledMass, Piece, Start};
 use super::linear_slide::{FallLevel, LinearSlide};
-use super::oscillator::Motion;
+use super::oscillator::InitialState;
 use crate::contact::{Fall, FallSeries, LOOK_BACK_ON_CURVE, MIN_ON_CURVE, fallen_from};
 use crate::directional::Direction;
 use crate::series::{Newest, Path, Recurrence, integral_of_product};
@@ -95,8 +95,8 @@ impl FallingSlide {
     }
 
     /// The slide's motion in the coordinates of the one above the curve.
-    fn above(&self, motion: &Motion) -> Motion {
-        Motion {
+    fn above(&self, motion: &InitialState) -> InitialState {
+        InitialState {
             f0: motion.f0 + (self.peak - self.dynamic_force()),
             ..*motion
         }
@@ -212,7 +212,7 @@ impl Slide for FallingSlide {
         self.peak
     }
 
-    fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)> {
+    fn steady(&mut self, motion: &InitialState, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)> {
         let FallLevel { armed, threshold } = level;
         let sure = self.is_fallen(motion.w0) && (armed || threshold == 0.0);
         let above = FallLevel {
@@ -223,7 +223,7 @@ impl Slide for FallingSlide {
             .flatten()
     }
 
-    fn piece(&mut self, motion: &Motion, level: FallLevel, course: &Course, listens: bool) -> Option<SlidePiece> {
+    fn piece(&mut self, motion: &InitialState, level: FallLevel, course: &Course, listens: bool) -> Option<SlidePiece> {
         let FallLevel { armed, threshold } = level;
         let armed = armed || motion.w0 > threshold;
         let stop = FallLevel { armed, threshold }.speed();

@@ -2,7 +2,7 @@
 //! without an event to look for.
 
 use super::body::{BlockState, Coupling, EventSink, Load, Moving, Rendered};
-use super::oscillator::{Motion, Oscillator, Propagator};
+use super::oscillator::{InitialState, Oscillator, Propagator};
 use crate::contact::Contact;
 use crate::directional::Direction;
 use crate::snapshot::Archive;
@@ -39,7 +39,7 @@ impl LinearBlock {
         &mut self,
         elapsed_s: f64,
         sample: (f64, f64),
-        motion: Option<&Motion>,
+        motion: Option<&InitialState>,
         sink: &mut impl EventSink,
     ) -> Rendered {
         self.state = self.state.flushed();
@@ -65,7 +65,7 @@ impl LinearBlock {
     }
 
     /// When the velocity passed zero, by halving; only a listener asks for it.
-    fn turning_time(&self, motion: &Motion, elapsed_s: f64) -> f64 {
+    fn turning_time(&self, motion: &InitialState, elapsed_s: f64) -> f64 {
         let (mut before, mut after) = (0.0, elapsed_s);
         let ends = Direction::of(self.state.velocity);
         for _ in 0..60 {
@@ -86,7 +86,7 @@ impl Moving for LinearBlock {
             return self.arrive(0.0, (position, velocity), None, sink);
         }
         let load = Load::new(&self.coupling, &self.state, elapsed_s, position, velocity);
-        let motion = Motion {
+        let motion = InitialState {
             w0: self.state.velocity,
             f0: load.at_start,
             g1: load.slope,

@@ -7,7 +7,7 @@
 use super::course::Course;
 use super::exact::{Slide, SlidePiece};
 use super::expansion::Piece;
-use super::oscillator::{Motion, Oscillator, Propagator};
+use super::oscillator::{InitialState, Oscillator, Propagator};
 use crate::block::oscillator::Response;
 use crate::directional::Direction;
 use crate::snapshot::Archive;
@@ -72,13 +72,19 @@ impl Slide for LinearSlide {
     }
 
     #[inline(always)]
-    fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)> {
+    fn steady(&mut self, motion: &InitialState, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)> {
         let r = self.propagator.at(&self.oscillator, elapsed_s);
         let (y, w) = passes(&self.oscillator, motion, &r, elapsed_s, level)?;
         Some((y.max(0.0), w))
     }
 
-    fn piece(&mut self, motion: &Motion, level: FallLevel, course: &Course, _listens: bool) -> Option<SlidePiece> {
+    fn piece(
+        &mut self,
+        motion: &InitialState,
+        level: FallLevel,
+        course: &Course,
+        _listens: bool,
+    ) -> Option<SlidePiece> {
         let oscillator = &self.oscillator;
         let (remaining_s, most_work) = (course.remaining(), course.budget - course.work);
         let (end, extrema) = first_fall(oscillator, motion, remaining_s, level, most_work);
@@ -129,7 +135,7 @@ impl FallLevel {
 /// in a time whose response is `r`: displacement and speed at its end are then returned.
 pub(super) fn passes(
     oscillator: &Oscillator,
-    motion: &Motion,
+    motion: &InitialState,
     r: &Response,
     time_s: f64,
     level: FallLevel,
@@ -161,7 +167,7 @@ pub(super) fn passes(
 /// number of velocity extrema looked at to find it.
 pub(super) fn first_fall(
     oscillator: &Oscillator,
-    motion: &Motion,
+    motion: &InitialState,
     remaining: f64,
     level: FallLevel,
     most_extrema: u32,
@@ -202,7 +208,7 @@ pub(super) fn first_fall(
 }
 
 /// The root of `w - level` in an interval on which `w` falls from above the level to or below it.
-fn find_fall(oscillator: &Oscillator, motion: &Motion, level: f64, from: f64, to: f64, scale: f64) -> f64 {
+fn find_fall(oscillator: &Oscillator, motion: &InitialState, level: f64, from: f64, to: f64, scale: f64) -> f64 {
     let (mut above, mut below) = (from, to);
     let mut at = 0.5 * (from + to);
     // Newton from the middle; each step that leaves the bracket is replaced by a bisection, so that

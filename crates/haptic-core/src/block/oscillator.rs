@@ -22,7 +22,7 @@ use core::f64::consts::PI;
 
 /// Initial state and load of a motion, in the coordinate in which the block slides forwards.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Motion {
+pub(crate) struct InitialState {
     /// Velocity at the start, m/s.
     pub(super) w0: f64,
     /// Net force at the start less damping, N.
@@ -251,7 +251,7 @@ impl Oscillator {
     }
 
     /// Displacement and velocity of `motion`, given the response at its time.
-    pub(super) fn advance(&self, motion: &Motion, r: &Response) -> (f64, f64) {
+    pub(super) fn advance(&self, motion: &InitialState, r: &Response) -> (f64, f64) {
         (
             motion.w0 * r.h + (motion.f0 * r.h1 + motion.g1 * r.h2) * self.inverse_mass,
             motion.w0 * r.dh + (motion.f0 * r.h + motion.g1 * r.h1) * self.inverse_mass,
@@ -259,14 +259,14 @@ impl Oscillator {
     }
 
     /// Velocity and acceleration at `t`.
-    pub(super) fn velocity(&self, motion: &Motion, t: f64) -> (f64, f64) {
+    pub(super) fn velocity(&self, motion: &InitialState, t: f64) -> (f64, f64) {
         let r = self.response(t);
         let (a0, beta) = self.acceleration(motion);
         (self.advance(motion, &r).1, a0 * r.dh + beta * r.h)
     }
 
     /// The coefficients of the acceleration: `a(t) = a0 h'(t) + beta h(t)`.
-    pub(super) fn acceleration(&self, motion: &Motion) -> (f64, f64) {
+    pub(super) fn acceleration(&self, motion: &InitialState) -> (f64, f64) {
         (
             motion.f0 * self.inverse_mass - 2.0 * self.sigma * motion.w0,
             motion.g1 * self.inverse_mass - self.omega_squared * motion.w0,
@@ -275,7 +275,7 @@ impl Oscillator {
 
     /// The first `t > 0` at which the acceleration vanishes, infinity if there is none, and the
     /// distance from one such time to the next.
-    pub(super) fn extrema(&self, motion: &Motion) -> (f64, f64) {
+    pub(super) fn extrema(&self, motion: &InitialState) -> (f64, f64) {
         let (a0, beta) = self.acceleration(motion);
         match self.damping {
             Damping::Under { omega_d } => {
@@ -509,7 +509,7 @@ mod tests {
                 (0.0, 5.0, -4e3),
                 (0.2, 50.0, -1e5),
             ] {
-                let motion = Motion { w0, f0, g1 };
+                let motion = InitialState { w0, f0, g1 };
                 let (first, distance) = oscillator.extrema(&motion);
                 if first.is_finite() {
                     let (_, a) = oscillator.velocity(&motion, first);

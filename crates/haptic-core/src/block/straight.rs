@@ -6,8 +6,8 @@
 
 use super::expansion::{Piece, Start};
 use super::linear_slide::{FallLevel, SlideEnd, first_fall, passes};
-use super::oscillator::{Motion, Oscillator};
-use crate::contact::{Line, StraightContact, Stroke};
+use super::oscillator::{InitialState, Oscillator};
+use crate::contact::{FrictionLine, StraightContact, Stroke};
 use crate::series::{FINE_TOLERANCE_N, Newest, Path, RECIPROCAL, Recurrence};
 
 /// Half-turns of the oscillation that a piece may have.
@@ -60,7 +60,7 @@ impl Recurrence for LineSeries {
 impl Start {
     /// The piece of a curved law on a straight part of it, which ends where its speed falls to
     /// `falls_to`, m/s.
-    pub(crate) fn on_line(&self, line: &Line, falls_to: f64) -> (Piece, LineEnd) {
+    pub(crate) fn on_line(&self, line: &FrictionLine, falls_to: f64) -> (Piece, LineEnd) {
         let (mass, coupling) = (self.held.mass, self.held.coupling);
         let (t, damping) = (self.remaining_s, coupling.damping + line.damping);
         let spring = (coupling.stiffness + line.stiffness) * t * t;
@@ -96,7 +96,7 @@ impl Start {
 
     /// A slide against a force, N, and a drag, N s/m, down to a speed, m/s; whether it comes to that.
     pub(crate) fn slide(&self, force: f64, drag: f64, falls_to: f64) -> (Piece, bool) {
-        let line = Line {
+        let line = FrictionLine {
             force,
             stiffness: 0.0,
             damping: drag,
@@ -108,7 +108,7 @@ impl Start {
     }
 
     /// A piece on a line as the oscillator that it is, whatever its length.
-    pub(crate) fn on_line_in_closed_form(&self, line: &Line, level: FallLevel) -> (Piece, LineEnd) {
+    pub(crate) fn on_line_in_closed_form(&self, line: &FrictionLine, level: FallLevel) -> (Piece, LineEnd) {
         let (mass, coupling) = (self.held.mass, self.held.coupling);
         let oscillator = Oscillator::new(
             mass,
@@ -116,7 +116,7 @@ impl Start {
             coupling.stiffness + line.stiffness,
         );
         let net = self.at_rest - line.force;
-        let motion = Motion {
+        let motion = InitialState {
             w0: self.speed,
             // From rest it goes the way it was found to go, whatever rounding says.
             f0: self.net.unwrap_or(if self.speed == 0.0 { net.max(0.0) } else { net }),
@@ -180,7 +180,7 @@ pub(crate) fn straight_piece(contact: &mut impl StraightContact, start: &Start) 
 }
 
 /// When a forward motion has gone a distance, which it has after `latest`.
-fn arrival(oscillator: &Oscillator, motion: &Motion, distance: f64, latest: f64) -> f64 {
+fn arrival(oscillator: &Oscillator, motion: &InitialState, distance: f64, latest: f64) -> f64 {
     let (mut early, mut late) = (0.0, latest);
     let mut at = 0.5 * latest;
     for _ in 0..MAX_HALVINGS {

@@ -21,8 +21,8 @@ fn compensator(share: f64) -> Compensator {
     Compensator::new(Compensation { share, friction: RIG }).expect("there is one")
 }
 
-fn motion(position: f64, velocity: f64) -> Motion {
-    Motion {
+fn motion(position: f64, velocity: f64) -> SampledMotion {
+    SampledMotion {
         elapsed_s: T,
         position,
         velocity,
@@ -93,7 +93,7 @@ fn slow_device_gets_no_more_energy_than_account_holds() {
     let reserve_j = RESERVE_M * (0.8 + RESERVE_SPEED_MPS * 2.0);
     for step in 0..200 {
         let sample = step / ticks;
-        let force = compensator.force(Motion {
+        let force = compensator.force(SampledMotion {
             elapsed_s: if step % ticks == 0 { f64::from(ticks) * T } else { 0.0 },
             ..motion(f64::from(sample * ticks) * speed * T, speed)
         });
@@ -186,7 +186,7 @@ proptest! {
         let mut moved = 0.0;
         for (count, &(moves, velocity, surface_n, elapsed_s)) in steps.iter().enumerate() {
             let velocity = if swing { copysign(0.2, libm::sin(count as f64)) } else { velocity };
-            let force = compensator.force(Motion { elapsed_s, ..motion(position, velocity) });
+            let force = compensator.force(SampledMotion { elapsed_s, ..motion(position, velocity) });
             let most_n = MAX_SHARE.min(share) * (0.8 + 2.0 * velocity.abs()) + 1e-12;
             prop_assert!(force * velocity >= 0.0 && force.abs() <= most_n, "{} N at {} m/s", force, velocity);
             if compensator.still_s > REST_S {

@@ -29,4 +29,4 @@ pub(crate) use level::{Fall, FallSeries, Level, Stribeck, fallen_from};
 pub(crate) use power_series::PowerSeries;
 pub(crate) use spring::{SpringContact, SpringState};
 pub(crate) use state::{ConstantLimit, RisingLimit, StaticLimit};
-pub(crate) use yielding::{Line, StraightContact, Stroke, YieldingContact, by_elastic_share};
+pub(crate) use yielding::{FrictionLine, StraightContact, Stroke, YieldingContact, by_elastic_share};

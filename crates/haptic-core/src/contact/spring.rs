@@ -3,7 +3,7 @@
 
 use super::level::Level;
 use super::state::{Contact, ContactMemory, LawContact, StaticLimit};
-use super::yielding::{Line, StraightContact, Stroke, YieldingContact};
+use super::yielding::{FrictionLine, StraightContact, Stroke, YieldingContact};
 use crate::directional::{Direction, Directional};
 use crate::math::flush;
 use crate::snapshot::Archive;
@@ -112,11 +112,11 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
 }
 
 impl<R: StaticLimit> StraightContact for SpringContact<Directional, R> {
-    fn line(&self, direction: Direction) -> Line {
+    fn line(&self, direction: Direction) -> FrictionLine {
         let held = match self.state {
             SpringState::Stuck { force } if !self.reached(direction, force) => force,
             _ => {
-                return Line {
+                return FrictionLine {
                     force: self.level.get(direction),
                     stiffness: 0.0,
                     damping: self.viscous.get(direction),
@@ -136,7 +136,7 @@ impl<R: StaticLimit> StraightContact for SpringContact<Directional, R> {
         } else {
             self.limit(direction)
         };
-        Line {
+        FrictionLine {
             force: along,
             stiffness,
             damping: self.damping,

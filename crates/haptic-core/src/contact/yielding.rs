@@ -11,7 +11,7 @@ use crate::directional::Direction;
 /// stiffness d + damping w` after a displacement `d` with speed `w`, all positive against that
 /// motion.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Line {
+pub(crate) struct FrictionLine {
     /// N.
     pub(crate) force: f64,
     /// N/m, not negative.
@@ -63,7 +63,7 @@ pub(crate) trait YieldingContact: LawContact {
 /// The contact of a law that is made of straight lines.
 pub(crate) trait StraightContact: YieldingContact {
     /// Friction from here on.
-    fn line(&self, direction: Direction) -> Line;
+    fn line(&self, direction: Direction) -> FrictionLine;
 }
 
 /// A direction's elastic share of the motion as a contact.

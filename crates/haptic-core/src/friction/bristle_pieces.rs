@@ -2,7 +2,7 @@
 //! nothing of its own.
 
 use crate::block::{Expansion, LineEnd, Piece, Start};
-use crate::contact::{Bristle, BristleForce, Level, Line, Plasticity, SETTLED_N, YieldingContact};
+use crate::contact::{Bristle, BristleForce, FrictionLine, Level, Plasticity, SETTLED_N, YieldingContact};
 use crate::math::flush;
 
 impl<L: Level, P: Plasticity> Bristle<L, P> {
@@ -39,7 +39,7 @@ impl<L: Level, P: Plasticity> Bristle<L, P> {
     /// speed, m/s.
     pub(super) fn stretch(&mut self, start: &Start, until_force: f64, falls_to: f64) -> Piece {
         let along = start.direction.sign() * self.force();
-        let line = Line {
+        let line = FrictionLine {
             force: along,
             stiffness: self.stiffness,
             damping: self.damping + self.viscous.get(start.direction),

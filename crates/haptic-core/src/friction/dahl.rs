@@ -16,8 +16,8 @@
 use super::law::{self, Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start, straight_piece};
 use crate::contact::{
-    BristleForce, Contact, ContactMemory, DeviceContact, EnergyMeter, LawContact, Leg, Line, PowerSeries, SETTLED_N,
-    StraightContact, Stroke, TowardsLimit, YieldingContact, by_elastic_share,
+    BristleForce, Contact, ContactMemory, DeviceContact, EnergyMeter, FrictionLine, LawContact, Leg, PowerSeries,
+    SETTLED_N, StraightContact, Stroke, TowardsLimit, YieldingContact, by_elastic_share,
 };
 use crate::directional::{Direction, Directional};
 use crate::math::{exp, exp_m1, flush, ln_1p, powf};
@@ -227,12 +227,12 @@ impl YieldingContact for DahlContact {
 
 /// With the exponent 0 the spring is straight up to its limit.
 impl StraightContact for DahlContact {
-    fn line(&self, direction: Direction) -> Line {
+    fn line(&self, direction: Direction) -> FrictionLine {
         let limit = self.law.dynamic_force.get(direction);
         let along = direction.sign() * self.force;
         let stiffness = self.law.contact_stiffness;
         let holds = along < limit;
-        Line {
+        FrictionLine {
             force: along,
             stiffness: if holds { stiffness } else { 0.0 },
             damping: self.law.viscous.get(direction),

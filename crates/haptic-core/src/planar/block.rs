@@ -1,7 +1,7 @@
 //! The block in the plane: from one device sample to the next, stops and breakaways included.
 
 use super::landing::reaches;
-use super::series::{Motion, Pull, Sliding};
+use super::series::{PieceMotion, Pull, Sliding};
 use super::vector::Plane;
 use crate::block::{BlockState, Contact, Coupling, EventSink, ExactBlock, LinearSlide, Rendered, Slides};
 use crate::contact::ConstantLimit;
@@ -327,7 +327,7 @@ impl PlanarBlock {
         if self.follow_slowly(&pull, course, sink) {
             return;
         }
-        let mut motion = Motion::at_rest(self.step_for(speed, &pull, remaining));
+        let mut motion = PieceMotion::at_rest(self.step_for(speed, &pull, remaining));
         self.sliding.goes_on(velocity, &pull, &mut motion);
         self.follow(&motion, course, sink);
     }
@@ -366,7 +366,7 @@ impl PlanarBlock {
     }
 
     /// When in a piece a slide that has been faster than the velocity threshold falls to it.
-    fn falls_in(&self, motion: &Motion) -> Option<f64> {
+    fn falls_in(&self, motion: &PieceMotion) -> Option<f64> {
         let threshold = self.friction.velocity_threshold;
         if threshold == 0.0 {
             None
@@ -380,7 +380,7 @@ impl PlanarBlock {
     }
 
     /// Takes one piece of a slide, up to where it falls to the velocity threshold.
-    fn follow(&mut self, motion: &Motion, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
+    fn follow(&mut self, motion: &PieceMotion, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
         let threshold = self.friction.velocity_threshold;
         let mut until = motion.until;
         let mut fell = false;

@@ -59,7 +59,7 @@ pub(super) struct Pull {
 }
 
 /// The motion of one piece.
-pub(super) struct Motion {
+pub(super) struct PieceMotion {
     /// Duration that the series' time 1 stands for, s.
     pub(super) step_s: f64,
     /// Share of it that the piece takes.
@@ -75,7 +75,7 @@ pub(super) struct Motion {
 /// A series of vectors.
 pub(super) type Vectors = [Plane; ROOM];
 
-impl Motion {
+impl PieceMotion {
     pub(super) fn velocity(&self, time: f64) -> Plane {
         value_up_to(self.degree, |k| self.velocity[k], time)
     }
@@ -221,9 +221,9 @@ impl Sliding {
         }
     }
 
-    /// The slide that goes on with `velocity`, which is not zero, for at most the time of a [`Motion::at_rest`], which
+    /// The slide that goes on with `velocity`, which is not zero, for at most the time of a [`PieceMotion::at_rest`], which
     /// it is written into: to return it costs a copy.
-    pub(super) fn goes_on(&self, velocity: Plane, pull: &Pull, motion: &mut Motion) {
+    pub(super) fn goes_on(&self, velocity: Plane, pull: &Pull, motion: &mut PieceMotion) {
         let speed = velocity.length();
         let mut growing = Growing {
             pull,
@@ -254,7 +254,7 @@ impl Sliding {
 
     /// Adds the order after `k`; returns as [`ends`](Self::ends).
     #[inline(always)]
-    fn add_order(&self, k: usize, motion: &mut Motion, growing: &mut Growing<'_>) -> Option<f64> {
+    fn add_order(&self, k: usize, motion: &mut PieceMotion, growing: &mut Growing<'_>) -> Option<f64> {
         let (w, s, e) = (&mut motion.velocity, &mut motion.speed, &mut growing.direction);
         let scales = &growing.scales;
         let pulled = match k {
@@ -274,7 +274,7 @@ impl Sliding {
 
     /// The slide that sets off from rest along `pull`, which exceeds the dynamic friction, for at most `step_s`: its
     /// velocity is `theta W`.
-    pub(super) fn sets_off(&self, pull: &Pull, step_s: f64) -> Motion {
+    pub(super) fn sets_off(&self, pull: &Pull, step_s: f64) -> PieceMotion {
         let force = pull.force.length();
         let along = pull.force * (1.0 / force);
         let Scales {
@@ -318,11 +318,11 @@ impl Sliding {
                 break;
             }
         }
-        Motion::shifted(&w, &s, 1, until, step_s)
+        PieceMotion::shifted(&w, &s, 1, until, step_s)
     }
 
     /// The slide that begins where the pull has just come to the friction: its velocity is `theta^2 V`. The pull grows.
-    pub(super) fn begins_to_slide(&self, pull: &Pull, step_s: f64) -> Motion {
+    pub(super) fn begins_to_slide(&self, pull: &Pull, step_s: f64) -> PieceMotion {
         let along = pull.force * (1.0 / pull.force.length());
         let Scales {
             slope,
@@ -364,11 +364,11 @@ impl Sliding {
                 break;
             }
         }
-        Motion::shifted(&v, &s, 2, until, step_s)
+        PieceMotion::shifted(&v, &s, 2, until, step_s)
     }
 }
 
-impl Motion {
+impl PieceMotion {
     /// Without any motion, for all of the piece.
     pub(super) fn at_rest(step_s: f64) -> Self {
         Self {

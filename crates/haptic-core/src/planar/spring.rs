@@ -12,7 +12,7 @@ use crate::block::Contact;
 use crate::contact::Leg;
 use crate::directional::Direction;
 use crate::math::{exp, sqrt};
-use crate::render::Motion;
+use crate::render::TickMotion;
 use crate::snapshot::Archive;
 use crate::vector::Vector;
 
@@ -147,7 +147,7 @@ impl DraggedSpring {
                 to_speed: velocity.length(),
                 duration_s: elapsed_s,
             };
-            let motion = Motion {
+            let motion = TickMotion {
                 by: distance,
                 from_velocity: self.velocity.dot(along),
                 to_velocity: velocity.dot(along),

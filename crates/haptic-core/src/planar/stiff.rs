@@ -6,7 +6,7 @@
 //! solved to rounding. The unknowns are speed and angle at each node: in them the equation stays mild however small the
 //! speed is. A step counts when two of half its length end alike.
 
-use super::series::{Motion, Pull, Scales, Sliding, TOLERANCE_N, Vectors};
+use super::series::{PieceMotion, Pull, Scales, Sliding, TOLERANCE_N, Vectors};
 use super::vector::Plane;
 use crate::math::sqrt;
 use crate::series::{RECIPROCAL, ROOM, value};
@@ -82,7 +82,7 @@ impl Sliding {
     }
 
     /// The slide that goes on with `velocity` for `step_s`, in two halves; `None` where it is not so smooth.
-    pub(super) fn follows_pull(&self, velocity: Plane, pull: &Pull, step_s: f64) -> Option<[Motion; 2]> {
+    pub(super) fn follows_pull(&self, velocity: Plane, pull: &Pull, step_s: f64) -> Option<[PieceMotion; 2]> {
         let whole = self.collocated(velocity, pull, step_s)?;
         let first = self.collocated(velocity, pull, 0.5 * step_s)?;
         let moved = first.displacement(1.0);
@@ -96,7 +96,7 @@ impl Sliding {
         (apart.sum() + faster.sum() <= MAX_DIFFERENCE_N).then_some([first, second])
     }
 
-    fn collocated(&self, velocity: Plane, pull: &Pull, step_s: f64) -> Option<Motion> {
+    fn collocated(&self, velocity: Plane, pull: &Pull, step_s: f64) -> Option<PieceMotion> {
         let Scales {
             share,
             slope,
@@ -191,7 +191,7 @@ impl Sliding {
         if turning * self.impedance > MAX_DIFFERENCE_N || turning > MAX_TURN * before {
             return None;
         }
-        let mut motion = Motion {
+        let mut motion = PieceMotion {
             step_s,
             until: 1.0,
             degree: ROOM - 1,

@@ -1,7 +1,7 @@
 //! Friction on the device itself, without a block: the hand's own motion moves the contact, and the
 //! force is its friction.
 
-use super::legs::Motion;
+use super::legs::TickMotion;
 use crate::block::{BlockState, EventSink, Moving, Rendered};
 use crate::contact::{Contact, ContactMemory, DeviceContact, EnergyMeter};
 use crate::directional::{Direction, Directional};
@@ -85,7 +85,7 @@ impl<C: DeviceContact> DeviceSurface<C> {
 
     /// Moves the contact on by a tick; returns whether the bounded work ran out.
     #[inline]
-    fn follow(&mut self, motion: &Motion, meter: &mut impl EnergyMeter) -> bool {
+    fn follow(&mut self, motion: &TickMotion, meter: &mut impl EnergyMeter) -> bool {
         if let Some(leg) = motion.leg(|| self.law.facing()) {
             return self.law.advance(&leg, meter);
         }
@@ -94,13 +94,13 @@ impl<C: DeviceContact> DeviceSurface<C> {
 
     /// The same, and the energy that friction took, J.
     #[inline(never)]
-    fn follow_with_meter(&mut self, motion: &Motion) -> (bool, f64) {
+    fn follow_with_meter(&mut self, motion: &TickMotion) -> (bool, f64) {
         let mut energy_j = 0.0;
         (self.follow(motion, &mut energy_j), energy_j)
     }
 
     #[cold]
-    fn follow_turn(&mut self, motion: &Motion, meter: &mut impl EnergyMeter) -> bool {
+    fn follow_turn(&mut self, motion: &TickMotion, meter: &mut impl EnergyMeter) -> bool {
         let (to_turn, last) = motion.turn(|| self.law.facing());
         let ran_out = to_turn.is_some_and(|leg| self.law.advance(&leg, meter));
         self.law.advance(&last, meter) || ran_out
@@ -111,7 +111,7 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
     fn advance(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered {
         let (mut events, mut work_exhausted) = (0, false);
         if elapsed_s > 0.0 {
-            let motion = Motion {
+            let motion = TickMotion {
                 by: position - self.position,
                 from_velocity: self.velocity,
                 to_velocity: velocity,

@@ -14,7 +14,7 @@ const AGREEMENT: f64 = 1e-9;
 
 /// A tick's motion.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Motion {
+pub(crate) struct TickMotion {
     /// Displacement, m.
     pub(crate) by: f64,
     /// Velocities of both samples, m/s.
@@ -23,7 +23,7 @@ pub(crate) struct Motion {
     pub(crate) elapsed_s: f64,
 }
 
-impl Motion {
+impl TickMotion {
     /// Where it went. A hand that stays where it is goes on facing the way that its contact does.
     #[inline]
     pub(crate) fn direction(&self, facing: impl FnOnce() -> Direction) -> Direction {

@@ -8,5 +8,5 @@ mod surface;
 
 pub(crate) use block_setup::BlockSetup;
 pub(crate) use device::{DeviceSurface, ViscousSurface};
-pub(crate) use legs::Motion;
+pub(crate) use legs::TickMotion;
 pub(crate) use surface::{Surface, VisibleState};

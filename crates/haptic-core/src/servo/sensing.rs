@@ -4,7 +4,7 @@
 use super::clock_doubt::ClockDoubt;
 use super::state::Fault;
 use crate::limiter::SafetyLimiter;
-use crate::position_guard::{Motion, PositionGuard, Verdict};
+use crate::position_guard::{PositionGuard, PriorMotion, Verdict};
 use crate::sample::{DeviceError, Measurement, Motor};
 use crate::sample_clock::{ClockError, SampleClock, Stamp, seconds};
 use crate::snapshot::Archive;
@@ -204,7 +204,7 @@ impl<V: Vector> Sensing<V> {
             }
         };
         let elapsed_s = if live && !first {
-            let before = Motion {
+            let before = PriorMotion {
                 position: self.position_m,
                 velocity: self.velocity_mps,
                 seen_over_s: self.seen_over_s,

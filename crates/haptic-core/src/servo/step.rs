@@ -8,7 +8,7 @@ use super::sensing::Sensed;
 use super::servo::Servo;
 use super::state::{Command, Fault};
 use super::transition::CompiledScene;
-use crate::compensation::{Compensating, Motion};
+use crate::compensation::{Compensating, SampledMotion};
 use crate::limiter::NonFiniteForce;
 use crate::renderer::Rendering;
 use crate::sample::Motor;
@@ -339,7 +339,7 @@ impl<V: Vector> Servo<V> {
     /// The force that compensates the rig's own friction, N.
     #[inline(never)]
     fn compensate(&mut self, elapsed_s: f64, resolution: f64) -> V {
-        let motion = Motion {
+        let motion = SampledMotion {
             elapsed_s,
             position: self.sensing.position_m,
             velocity: self.sensing.velocity_mps,

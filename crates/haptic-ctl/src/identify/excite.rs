@@ -1,6 +1,6 @@
 //! The motions of an identification, one after another, and what the person agrees to before.
 
-use super::session::Session;
+use super::session::IdentifySession;
 use crate::failure::Failure;
 use haptic_core::{BoundError, Course, Excitation};
 use haptic_ipc::{ExcitationEnd, ExcitationReport};
@@ -93,7 +93,7 @@ impl MotionArguments {
     }
 
     /// Asks the person, and moves the rig: for what is on it, or for the rig itself with a sweep.
-    pub(super) async fn excite(&self, session: &mut Session<'_>, of_rig: bool) -> Result<MotionTicks, Failure> {
+    pub(super) async fn excite(&self, session: &mut IdentifySession<'_>, of_rig: bool) -> Result<MotionTicks, Failure> {
         let travel_m = self.travel_mm.map(|travel_mm| 1e-3 * travel_mm);
         let bounds = Bounds::new(&session.begun, self.max_force_n, travel_m);
         self.agree(session, &bounds, of_rig).await?;
@@ -116,7 +116,7 @@ impl MotionArguments {
     }
 
     /// Says what the motor will do, and asks whether it may.
-    async fn agree(&self, session: &mut Session<'_>, bounds: &Bounds, of_rig: bool) -> Result<(), Failure> {
+    async fn agree(&self, session: &mut IdentifySession<'_>, bounds: &Bounds, of_rig: bool) -> Result<(), Failure> {
         let begun = session.begun.clone();
         let (last, third) = if of_rig {
             (bounds.sweep(), "a slow sweep over the travel")
@@ -156,7 +156,7 @@ impl MotionArguments {
     }
 
     /// A chirp that the handle follows.
-    async fn chirp(&self, session: &mut Session<'_>, bounds: &Bounds) -> Result<ExcitationReport, Failure> {
+    async fn chirp(&self, session: &mut IdentifySession<'_>, bounds: &Bounds) -> Result<ExcitationReport, Failure> {
         let mut first = None;
         for repetition in 0..REPETITIONS {
             let chirp = bounds.chirp(self.chirp_s, SMALLER.powi(repetition));

@@ -1,6 +1,6 @@
 //! `identify --rig`: measures the rig itself with its own motor, and has the daemon store it.
 
-use super::session::Session;
+use super::session::IdentifySession;
 use super::{excite, report};
 use crate::console::Console;
 use crate::daemon::Daemon;
@@ -39,7 +39,7 @@ pub(super) async fn run(
     json: bool,
 ) -> Result<(), Failure> {
     let console = Console::new("identify --rig", !arguments.asks())?;
-    let mut session = Session::begin(daemon, console, arguments.range_m(), arguments.resets()).await?;
+    let mut session = IdentifySession::begin(daemon, console, arguments.range_m(), arguments.resets()).await?;
     session.say("This measures the rig itself: nothing but the handle may be fixed to it.");
     let excited = arguments.excite(&mut session, true).await?;
     let ticks = std::mem::take(&mut session.ticks);

@@ -1,7 +1,7 @@
 //! `identify --run`: moves the rig by its own motor, and identifies what the motor moved.
 
 use super::excite;
-use super::session::Session;
+use super::session::IdentifySession;
 use crate::console::Console;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
@@ -22,7 +22,7 @@ pub(super) async fn run(
     whole: bool,
 ) -> Result<Identification, Failure> {
     let console = Console::new("identify --run", !arguments.asks())?;
-    let mut session = Session::begin(daemon, console, arguments.range_m(), arguments.resets()).await?;
+    let mut session = IdentifySession::begin(daemon, console, arguments.range_m(), arguments.resets()).await?;
     let excited = arguments.excite(&mut session, false).await?;
     let stored = session.begun.friction.filter(|_| !whole);
     let mut record = session

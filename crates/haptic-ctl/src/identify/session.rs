@@ -39,7 +39,7 @@ const ATTEMPTS: usize = 3;
 const MIN_TRAVEL_M: f64 = 1e-4;
 
 /// An identification under way.
-pub(super) struct Session<'a> {
+pub(super) struct IdentifySession<'a> {
     daemon: &'a mut Daemon,
     console: Console,
     recorder: Option<RecordingUnderWay>,
@@ -56,7 +56,7 @@ pub(super) struct Session<'a> {
     pub(super) period_s: f64,
 }
 
-impl<'a> Session<'a> {
+impl<'a> IdentifySession<'a> {
     /// Takes the rig alone; from here on the end of the connection ends it.
     pub(super) async fn begin(
         daemon: &'a mut Daemon,

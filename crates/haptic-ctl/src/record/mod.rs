@@ -228,7 +228,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         condition.check_axes(metadata.axes).map_err(Failure::Usage)?;
     }
     let recorder = arguments.create(&metadata)?;
-    let mut session = Session {
+    let mut session = RecordSession {
         arguments,
         recorder,
         link: LinkWatch::new(status.device.link.and_then(|link| link.device)),
@@ -243,7 +243,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
 }
 
 /// A recording that runs.
-struct Session<'a> {
+struct RecordSession<'a> {
     arguments: &'a Arguments,
     recorder: RecordingUnderWay,
     link: LinkWatch,
@@ -255,7 +255,7 @@ struct Session<'a> {
     markers: u64,
 }
 
-impl Session<'_> {
+impl RecordSession<'_> {
     async fn record(&mut self, daemon: &mut Daemon, signals: &mut Signals) -> End {
         let mut person = Person::new(self.arguments.markers_from_stdin);
         let bar = progress::bar(self.arguments.length, person.keys());

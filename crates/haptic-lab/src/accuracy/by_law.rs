@@ -4,7 +4,7 @@
 use super::hands::{self, HANDS, MASSES_KG};
 use super::reference;
 use crate::motion::DeviceSample;
-use crate::simulate::{ContactChange, Row, Simulation, Start, TickCost, simulate, tick_cost};
+use crate::simulate::{ContactChange, SimulatedRow, Simulation, Start, TickCost, simulate, tick_cost};
 use haptic_core::block::Contact;
 use haptic_core::friction::Friction;
 use haptic_core::{Scene, SceneError, Scheme};
@@ -309,7 +309,7 @@ impl Tally {
     }
 }
 
-fn difference(run: &Row, truth: &Row) -> f64 {
+fn difference(run: &SimulatedRow, truth: &SimulatedRow) -> f64 {
     let error = (run.coupling_force_n - truth.coupling_force_n).abs();
     // NaN must not pass for small.
     if error.is_nan() { f64::INFINITY } else { error }
@@ -319,7 +319,7 @@ fn force_errors(scene: &Scene, run: &Simulation, truth: &Simulation) -> ForceErr
     let mut tally = Tally::default();
     let (mut breakaway_n, mut reversal_n) = (0.0_f64, 0.0_f64);
     let mut inherited_n = 0.0_f64;
-    let velocity = |row: &Row| {
+    let velocity = |row: &SimulatedRow| {
         if scene.block.is_some() {
             row.block_velocity_mps
         } else {

@@ -1,7 +1,7 @@
 //! A record on an even grid of times, with the samples marked that hold no information. It is made once for all that is
 //! done with a record.
 
-use super::karnopp::Motion;
+use super::karnopp::MotionEstimate;
 use super::options::Record;
 use crate::gaps::{self, SAME_SHARE, in_gaps};
 use crate::motion::{between, places};
@@ -33,7 +33,7 @@ pub(super) struct Even {
     pub(super) step_m: Option<f64>,
     /// Samples of the record.
     pub(super) samples: usize,
-    motion: OnceCell<Motion>,
+    motion: OnceCell<MotionEstimate>,
 }
 
 impl Even {
@@ -49,8 +49,9 @@ impl Even {
     }
 
     /// Where the mass slides, and where it rests.
-    pub(super) fn motion(&self) -> &Motion {
-        self.motion.get_or_init(|| Motion::new(&self.grid, self.known_step_m))
+    pub(super) fn motion(&self) -> &MotionEstimate {
+        self.motion
+            .get_or_init(|| MotionEstimate::new(&self.grid, self.known_step_m))
     }
 }
 

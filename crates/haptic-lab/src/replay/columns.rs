@@ -1,6 +1,6 @@
 //! The columns that a step gives: two rows compared to the last bit.
 
-use crate::row::Row;
+use crate::row::RecordedRow;
 use haptic_ipc::RigState;
 use serde::Serialize;
 use std::ops::Range;
@@ -31,7 +31,7 @@ impl std::fmt::Display for Value {
 pub(super) type ChangedColumn = (&'static str, Value, Value);
 
 /// The numbers that a step gives, by column: the hand, the block, the forces. On a line those of the second axis are 0.
-fn numbers(Row { sample, y }: &Row) -> [(&'static str, f64); 12] {
+fn numbers(RecordedRow { sample, y }: &RecordedRow) -> [(&'static str, f64); 12] {
     let y = y.unwrap_or_default();
     [
         ("device_position_m", sample.device_position_m),
@@ -55,7 +55,7 @@ const BLOCK: Range<usize> = 4..8;
 const FORCES: Range<usize> = 8..12;
 
 /// The first of some numbers that differs.
-fn first_number(recorded: &Row, computed: &Row, places: Range<usize>) -> Option<ChangedColumn> {
+fn first_number(recorded: &RecordedRow, computed: &RecordedRow, places: Range<usize>) -> Option<ChangedColumn> {
     let (recorded, computed) = (numbers(recorded), numbers(computed));
     let mut pairs = recorded[places.clone()].iter().zip(&computed[places]);
     pairs
@@ -64,7 +64,7 @@ fn first_number(recorded: &Row, computed: &Row, places: Range<usize>) -> Option<
 }
 
 /// The first column that differs: causes come before their effects.
-pub(super) fn first_column(recorded: &Row, computed: &Row) -> Option<ChangedColumn> {
+pub(super) fn first_column(recorded: &RecordedRow, computed: &RecordedRow) -> Option<ChangedColumn> {
     let states = (recorded.sample.state, computed.sample.state);
     let contacts = (recorded.sample.contact, computed.sample.contact);
     let state = || (states.0 != states.1).then_some(("state", Value::State(states.0), Value::State(states.1)));
@@ -78,11 +78,11 @@ pub(super) fn first_column(recorded: &Row, computed: &Row) -> Option<ChangedColu
 }
 
 /// Whether two rows hold the same outputs, to the last bit.
-pub(super) fn is_same(one: &Row, other: &Row) -> bool {
+pub(super) fn is_same(one: &RecordedRow, other: &RecordedRow) -> bool {
     first_column(one, other).is_none()
 }
 
 /// Whether two rows hold the same velocity of the hand, to the last bit.
-pub(super) fn is_same_velocity(one: &Row, other: &Row) -> bool {
+pub(super) fn is_same_velocity(one: &RecordedRow, other: &RecordedRow) -> bool {
     first_number(one, other, VELOCITY).is_none()
 }

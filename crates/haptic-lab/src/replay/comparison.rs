@@ -3,7 +3,7 @@
 use super::columns::{Value, first_column, is_same};
 use super::error::{ReplayError, SkipReason};
 use super::stepper::{StepResult, Stepping, stepper};
-use crate::row::Row;
+use crate::row::RecordedRow;
 use haptic_core::planar::Plane;
 use haptic_ipc::Sample;
 use haptic_recording::{Entry, Mark, Metadata};
@@ -163,7 +163,7 @@ impl Comparison {
     /// A scene cannot be rendered.
     pub fn entry(&mut self, entry: &Entry) -> Result<(), ReplayError> {
         match entry {
-            Entry::Row(sample, y) => self.row(&Row { sample: *sample, y: *y }),
+            Entry::Row(sample, y) => self.row(&RecordedRow { sample: *sample, y: *y }),
             Entry::Mark(mark) => {
                 self.lose(mark);
                 self.stepper.mark(mark)
@@ -192,7 +192,7 @@ impl Comparison {
         }
     }
 
-    fn row(&mut self, row: &Row) -> Result<(), ReplayError> {
+    fn row(&mut self, row: &RecordedRow) -> Result<(), ReplayError> {
         self.ticks += 1;
         self.arrive(&row.sample);
         match self.stepper.row(row)? {
@@ -210,7 +210,7 @@ impl Comparison {
         Ok(())
     }
 
-    fn difference(&self, row: &Row, computed: &Row) -> Option<Difference> {
+    fn difference(&self, row: &RecordedRow, computed: &RecordedRow) -> Option<Difference> {
         let (column, recorded, computed) = first_column(row, computed)?;
         Some(Difference {
             tick: row.sample.tick,

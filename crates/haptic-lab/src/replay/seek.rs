@@ -3,7 +3,7 @@
 use super::columns::is_same;
 use super::error::ReplayError;
 use super::stepper::{StepResult, stepper};
-use crate::row::Row;
+use crate::row::RecordedRow;
 use haptic_recording::{Entry, Mark, Metadata, RecordingError};
 use std::collections::VecDeque;
 
@@ -80,7 +80,7 @@ pub fn snapshot_at(
                 return Ok(stepper.snapshot(row.tick).filter(|_| is_known));
             }
             Entry::Row(sample, y) => {
-                let row = Row { sample, y };
+                let row = RecordedRow { sample, y };
                 is_known = matches!(stepper.row(&row)?, StepResult::Computed(computed) if is_same(&row, &computed));
             }
         }

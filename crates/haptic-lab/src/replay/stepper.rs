@@ -4,7 +4,7 @@ use super::columns::{is_same, is_same_velocity};
 use super::error::{ReplayError, SkipReason};
 use super::scenes::{Alternative, IncomingScene, Scenes};
 use super::without_snapshot::after_row;
-use crate::row::{Row, with_outputs};
+use crate::row::{RecordedRow, with_outputs};
 use haptic_core::Vector;
 use haptic_core::planar::Plane;
 use haptic_core::sample::Motor;
@@ -33,7 +33,7 @@ const RATE_TOLERANCE: f64 = 1e-6;
 #[derive(Clone, Copy, Debug)]
 pub(super) enum StepResult {
     /// The row with the outputs that were computed.
-    Computed(Row),
+    Computed(RecordedRow),
     /// No outputs follow.
     Unknown(SkipReason),
 }
@@ -73,7 +73,7 @@ pub(super) trait Stepping: Debug + Send {
     ///
     /// # Errors
     /// A scene cannot be rendered.
-    fn row(&mut self, row: &Row) -> Result<StepResult, ReplayError>;
+    fn row(&mut self, row: &RecordedRow) -> Result<StepResult, ReplayError>;
 
     /// The servo's state before a tick, where it is known.
     fn snapshot(&mut self, tick: u64) -> Option<Mark>;
@@ -154,7 +154,7 @@ impl<V: Vector> Stepping for Stepper<V> {
         }
     }
 
-    fn row(&mut self, row: &Row) -> Result<StepResult, ReplayError> {
+    fn row(&mut self, row: &RecordedRow) -> Result<StepResult, ReplayError> {
         let Sample { tick, elapsed_ns, .. } = row.sample;
         if self.last_tick.is_some_and(|last| tick != last.wrapping_add(1)) {
             self.wait(SkipReason::RowsLost);
@@ -266,7 +266,12 @@ impl<V: Vector> Stepper<V> {
     }
 
     /// Counts a row towards the end of settling.
-    fn settle(&mut self, row: &Row, inputs: &Inputs<V>, computed: &Row) -> Result<StepResult, ReplayError> {
+    fn settle(
+        &mut self,
+        row: &RecordedRow,
+        inputs: &Inputs<V>,
+        computed: &RecordedRow,
+    ) -> Result<StepResult, ReplayError> {
         let state = row.sample.state;
         let Phase::Settling { same, samples } = &mut self.phase else {
             return Ok(StepResult::Computed(*computed));
@@ -307,7 +312,7 @@ impl<V: Vector> Stepper<V> {
     }
 
     /// Begins after a row, if the rig is without force there; a what-if begins with force, too.
-    fn begin(&mut self, row: &Row, why: SkipReason) -> Result<StepResult, ReplayError> {
+    fn begin(&mut self, row: &RecordedRow, why: SkipReason) -> Result<StepResult, ReplayError> {
         self.wait(why);
         if row.sample.state.is_live() && self.is_exact {
             return Ok(StepResult::Unknown(why));
@@ -324,7 +329,7 @@ impl<V: Vector> Stepper<V> {
         Ok(StepResult::Unknown(SkipReason::Settling))
     }
 
-    fn inputs(&self, row: &Row) -> Inputs<V> {
+    fn inputs(&self, row: &RecordedRow) -> Inputs<V> {
         let (word, sample) = (row.sample.input_word(), &row.sample);
         Inputs {
             elapsed_ns: sample.elapsed_ns,
@@ -337,7 +342,7 @@ impl<V: Vector> Stepper<V> {
     }
 
     /// The row as the servo computes it; `None` where the scene is not known.
-    fn step(&mut self, row: &Row, inputs: &Inputs<V>) -> Result<Option<Row>, ReplayError> {
+    fn step(&mut self, row: &RecordedRow, inputs: &Inputs<V>) -> Result<Option<RecordedRow>, ReplayError> {
         let word = row.sample.input_word();
         let scene = if word.new_scene() {
             match self.scenes.incoming(row.sample.revision)? {

@@ -3,7 +3,7 @@
 use super::error::ReplayError;
 use super::scenes::Alternative;
 use super::stepper::{StepResult, Stepping, stepper};
-use crate::row::Row;
+use crate::row::RecordedRow;
 use haptic_core::planar::Plane;
 use haptic_recording::{Entry, Metadata};
 use serde::Serialize;
@@ -50,7 +50,7 @@ impl Tally {
     }
 
     /// Takes a row; one of a line lies along the first axis of the plane.
-    fn take(&mut self, row: &Row) {
+    fn take(&mut self, row: &RecordedRow) {
         let sample = &row.sample;
         if !sample.state.is_live() {
             (self.last, self.rest_s) = (None, 0.0);
@@ -103,8 +103,8 @@ pub struct LargestDifference {
 }
 
 impl LargestDifference {
-    fn of(recorded: &Row, what_if: &Row) -> Self {
-        let Row { sample, y } = recorded;
+    fn of(recorded: &RecordedRow, what_if: &RecordedRow) -> Self {
+        let RecordedRow { sample, y } = recorded;
         Self {
             tick: sample.tick,
             t_s: sample.t_s,
@@ -127,9 +127,9 @@ impl LargestDifference {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WhatIfRow {
     /// As recorded.
-    pub recorded: Row,
+    pub recorded: RecordedRow,
     /// With the other scene; `None` where nothing follows from the recording.
-    pub what_if: Option<Row>,
+    pub what_if: Option<RecordedRow>,
 }
 
 /// What was felt and what would have been felt, over the same ticks.
@@ -183,7 +183,7 @@ impl WhatIf {
                 self.stepper.mark(mark)?;
                 Ok(None)
             }
-            Entry::Row(sample, y) => self.row(&Row { sample: *sample, y: *y }).map(Some),
+            Entry::Row(sample, y) => self.row(&RecordedRow { sample: *sample, y: *y }).map(Some),
         }
     }
 
@@ -193,7 +193,7 @@ impl WhatIf {
         self.summary
     }
 
-    fn row(&mut self, row: &Row) -> Result<WhatIfRow, ReplayError> {
+    fn row(&mut self, row: &RecordedRow) -> Result<WhatIfRow, ReplayError> {
         let Summary {
             ticks,
             not_computed,
@@ -234,7 +234,7 @@ mod tests {
             let mut tally = Tally::default();
             let contacts = std::iter::repeat_n(0, rest_ticks).chain([1]);
             for contact in contacts.cycle().take(10 * (rest_ticks + 1)) {
-                let mut row = Row::default();
+                let mut row = RecordedRow::default();
                 (row.sample.state, row.sample.elapsed_ns, row.sample.contact) = (RigState::Engaged, 1_000_000, contact);
                 tally.take(&row);
             }

@@ -1,6 +1,6 @@
 //! A servo that begins after a row without a snapshot of the recorded one.
 
-use crate::row::Row;
+use crate::row::RecordedRow;
 use haptic_core::Vector;
 use haptic_core::sample::DeviceError;
 use haptic_core::servo::{Command, CompiledScene, Event, Events, Inputs, Servo, Settings};
@@ -10,7 +10,7 @@ use haptic_ipc::RigState;
 pub(super) fn after_row<V: Vector>(
     settings: Settings,
     scene: Box<CompiledScene<V>>,
-    row: &Row,
+    row: &RecordedRow,
     inputs: Inputs<V>,
 ) -> Servo<V> {
     let mut servo = Servo::new(settings, scene);
@@ -45,7 +45,7 @@ pub(super) fn after_row<V: Vector>(
 
 /// Lets force flow in a servo that has just begun, along a straight motion that leads to the row's
 /// sample: the nearest that there is to a force whose beginning was not recorded.
-fn engage<V: Vector>(servo: &mut Servo<V>, inputs: &Inputs<V>, row: &Row) {
+fn engage<V: Vector>(servo: &mut Servo<V>, inputs: &Inputs<V>, row: &RecordedRow) {
     let Ok(there) = inputs.sample else { return };
     let settings = *servo.settings();
     let step_s = settings.period_s;

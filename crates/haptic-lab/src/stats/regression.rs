@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// `y = intercept + slope x`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Line {
+pub struct RegressionLine {
     /// Where the line crosses x = 0, in the unit of y.
     pub intercept: f64,
     /// Its 95 % interval.
@@ -29,7 +29,7 @@ pub struct Line {
 /// # Errors
 /// There are fewer than three points, one is not finite, or all have the same x or the same y.
 #[expect(clippy::cast_precision_loss, reason = "a count of points")]
-pub fn line(points: &[[f64; 2]]) -> Result<Line, StatsError> {
+pub fn line(points: &[[f64; 2]]) -> Result<RegressionLine, StatsError> {
     check_count("points of the regression", points.len(), 3)?;
     check_finite("coordinate", points.iter().flatten().copied())?;
     let count = points.len() as f64;
@@ -62,7 +62,7 @@ pub fn line(points: &[[f64; 2]]) -> Result<Line, StatsError> {
     let deviation = (left / (count - 2.0)).sqrt();
     let t = student_t(count - 2.0);
     let interval = |value: f64, half: f64| [value - half, value + half];
-    Ok(Line {
+    Ok(RegressionLine {
         intercept,
         intercept_interval: interval(
             intercept,

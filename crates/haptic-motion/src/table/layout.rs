@@ -22,7 +22,7 @@ const DAY_S: f64 = 86_400.0;
 
 /// A line of a file of text that is not empty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Line<'a> {
+pub(super) struct TextLine<'a> {
     /// Its number in the file, from 1.
     pub(super) number: usize,
     /// Without the mark of a remark.
@@ -32,7 +32,7 @@ pub(super) struct Line<'a> {
 }
 
 /// The lines of a text; one with a cell in quotes that goes on in the next is one with it.
-pub(super) fn lines(text: &str) -> Vec<Line<'_>> {
+pub(super) fn lines(text: &str) -> Vec<TextLine<'_>> {
     let mut rest = text.trim_start_matches('\u{feff}');
     let (mut found, mut number) = (Vec::new(), 1);
     while !rest.is_empty() {
@@ -59,9 +59,9 @@ fn line_length(text: &str) -> usize {
     closing.filter(|_| begins).unwrap_or(first)
 }
 
-fn line_of(number: usize, text: &str) -> Line<'_> {
+fn line_of(number: usize, text: &str) -> TextLine<'_> {
     let marked = ["#", "%", "//"].into_iter().find_map(|mark| text.strip_prefix(mark));
-    Line {
+    TextLine {
         number,
         text: marked.map_or(text, |text| text.trim_start_matches(['#', '%']).trim()),
         is_remark: marked.is_some(),
@@ -84,7 +84,7 @@ pub(super) struct Layout {
 impl Layout {
     /// Finds the numbers, and above them the line whose cells name wanted columns, or else as many titles as there are
     /// numbers. A laboratory's program may write remarks of any form above, and lines of units and kinds between.
-    pub(super) fn find(lines: &[Line<'_>], is_wanted: &dyn Fn(&str) -> bool) -> Option<Self> {
+    pub(super) fn find(lines: &[TextLine<'_>], is_wanted: &dyn Fn(&str) -> bool) -> Option<Self> {
         let found = [';', '\t', ',', ' ']
             .into_iter()
             .filter_map(|separator| Self::with(lines, separator, is_wanted));
@@ -99,7 +99,7 @@ impl Layout {
         found.min_by_key(|layout| (MIN_WANTED - wanted(layout), layout.data))
     }
 
-    fn with(lines: &[Line<'_>], separator: char, is_wanted: &dyn Fn(&str) -> bool) -> Option<Self> {
+    fn with(lines: &[TextLine<'_>], separator: char, is_wanted: &dyn Fn(&str) -> bool) -> Option<Self> {
         let rows: Vec<Vec<&str>> = lines
             .iter()
             .take(MAX_HEAD_LINES)

@@ -21,7 +21,7 @@ use crate::error::Place;
 use crate::opened::{Input, Opened};
 use crate::text::decoded;
 use columns::in_brackets;
-use layout::{Layout, Line, cells, lines, number, on_the_same_day};
+use layout::{Layout, TextLine, cells, lines, number, on_the_same_day};
 use std::io::Read;
 use std::path::Path;
 use times::{Times, retain};
@@ -138,7 +138,7 @@ pub fn headings(path: &Path) -> Result<Option<Vec<String>>, TableError> {
     }
 }
 
-fn layout(path: &Path, lines: &[Line<'_>], options: &TableOptions) -> Result<Layout, TableError> {
+fn layout(path: &Path, lines: &[TextLine<'_>], options: &TableOptions) -> Result<Layout, TableError> {
     let is_wanted = |title: &str| {
         Quantity::ALL
             .into_iter()
@@ -217,7 +217,7 @@ impl Table {
         };
         let (mut table, wanted) = Self::new(&headings, options, quantities)?;
         let names = headings.names;
-        for Line { number, text, .. } in lines.into_iter().skip(data).filter(|line| !line.is_remark) {
+        for TextLine { number, text, .. } in lines.into_iter().skip(data).filter(|line| !line.is_remark) {
             let row = cells(text, separator);
             let mut values = Vec::with_capacity(wanted.len());
             for column in &wanted {

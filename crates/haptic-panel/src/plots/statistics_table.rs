@@ -3,7 +3,7 @@
 use super::reference::Reference;
 use super::scope::Scope;
 use crate::plots::measure::difference::{self, difference};
-use crate::plots::measure::results::{Measuring, Row};
+use crate::plots::measure::results::{Measuring, StatisticsRow};
 use crate::plots::measure::statistics::Statistics;
 use crate::tapes::Tapes;
 use crate::words::{decimals, fixed, significant};
@@ -59,7 +59,7 @@ pub(super) fn show(
             let tape = tape.component(component);
             let under = reference.and_then(|reference| reference.tape.component(component));
             let runs = tape.zip(under).zip(offset_s).filter(|_| is_short);
-            Row {
+            StatisticsRow {
                 signal,
                 component,
                 statistics: tape.and_then(|tape| Statistics::of(tape, signal, from_s, to_s)),
@@ -101,8 +101,8 @@ pub(super) fn show(
     });
 }
 
-fn show_row(ui: &mut Ui, row: &Row, zero_s: f64) {
-    let Row {
+fn show_row(ui: &mut Ui, row: &StatisticsRow, zero_s: f64) {
+    let StatisticsRow {
         signal,
         component,
         statistics,

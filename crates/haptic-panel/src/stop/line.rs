@@ -35,7 +35,7 @@ pub(super) enum Received {
 
 /// A connection for stops.
 #[derive(Debug)]
-pub(super) struct Line {
+pub(super) struct StopLine {
     stream: UnixStream,
     opened_at: Instant,
     is_greeted: bool,
@@ -49,7 +49,7 @@ pub(super) struct Line {
     unanswered: Vec<Stop>,
 }
 
-impl Line {
+impl StopLine {
     /// Connects. The daemon's greeting comes later.
     pub(super) fn open(path: &Path, now: Instant) -> Result<Self, String> {
         let address = SocketAddrUnix::new(path).map_err(|error| error.to_string())?;

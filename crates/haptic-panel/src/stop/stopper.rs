@@ -1,6 +1,6 @@
 //! The thread that sends stops.
 
-use super::line::{Line, Received, Stop, UNWRITTEN};
+use super::line::{Received, Stop, StopLine, UNWRITTEN};
 use super::stops::{Place, Stops};
 use crate::update::StopNews;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -26,7 +26,7 @@ pub(super) struct Stopper {
     path: Option<PathBuf>,
     /// A connection is kept ready.
     stays_ready: bool,
-    line: Option<Line>,
+    line: Option<StopLine>,
     next_try: Instant,
     /// The newest stop that caused an attempt to connect.
     tried_for: u64,
@@ -88,7 +88,7 @@ impl Stopper {
         self.send(now, wanted)?;
         self.take_places(now);
         self.connect(now, wanted)?;
-        let received = self.line.as_mut().map_or(Ok(Vec::new()), Line::read)?;
+        let received = self.line.as_mut().map_or(Ok(Vec::new()), StopLine::read)?;
         for message in received {
             match message {
                 // The daemon would close such a line before it is needed, and it takes a place for stops.
@@ -150,7 +150,7 @@ impl Stopper {
         if let Some(stop) = wanted {
             self.tried_for = stop.number;
         }
-        self.line = Some(Line::open(path, now)?);
+        self.line = Some(StopLine::open(path, now)?);
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use super::news::StudyRow;
 use haptic_studies::person::PersonSession;
 use haptic_studies::plan::Task;
-use haptic_studies::session::{self, Phase, Row};
+use haptic_studies::session::{self, Phase, TrialRow};
 use haptic_studies::store::{self, StoreError};
 use haptic_studies::subject::Subject;
 use haptic_studies::trial::{FittsTrial, PerceptionTrial, VoidedTrial};
@@ -36,10 +36,10 @@ pub(super) const fn columns(task: Task) -> &'static [&'static str] {
 }
 
 /// The row of a trial that is on the disk.
-pub(super) fn row(row: &Row) -> StudyRow {
+pub(super) fn row(row: &TrialRow) -> StudyRow {
     let cells = match row {
-        Row::Fitts(trial) => fitts_cells(trial),
-        Row::Perception(trial) => perception_cells(trial),
+        TrialRow::Fitts(trial) => fitts_cells(trial),
+        TrialRow::Perception(trial) => perception_cells(trial),
     };
     StudyRow { cells, void: None }
 }

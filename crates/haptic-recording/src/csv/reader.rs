@@ -34,10 +34,10 @@ impl<R: BufRead> Reader<R> {
         let (mut line, mut text) = (0, Vec::new());
         let mut next = |text: &mut Vec<u8>| -> Result<(u64, String), RecordingError> {
             match next_line(&mut input, &mut line, text)? {
-                Line::Whole => Ok((line, String::from_utf8_lossy(trimmed(text)).into_owned())),
+                LineEnd::Whole => Ok((line, String::from_utf8_lossy(trimmed(text)).into_owned())),
                 // A file of another kind may have no newline at all.
-                Line::Partial if line == 1 && !text.starts_with(TITLE.as_bytes()) => Ok((line, excerpt(text))),
-                Line::Partial | Line::None => Err(RecordingError::NoRows {
+                LineEnd::Partial if line == 1 && !text.starts_with(TITLE.as_bytes()) => Ok((line, excerpt(text))),
+                LineEnd::Partial | LineEnd::None => Err(RecordingError::NoRows {
                     place: Place::Line(line),
                 }),
             }
@@ -100,14 +100,14 @@ impl<R: BufRead> Reader<R> {
         while self.ending.is_none() {
             let next = next_line(&mut self.input, &mut self.line, &mut self.text);
             match next.inspect_err(|_| self.dropped += self.text.len() as u64)? {
-                Line::None => self.ending = Some(Ending::Open),
-                Line::Partial => {
+                LineEnd::None => self.ending = Some(Ending::Open),
+                LineEnd::Partial => {
                     self.ending = Some(Ending::BrokenOff {
                         place: Place::Line(self.line),
                         bytes: self.text.len() as u64,
                     });
                 }
-                Line::Whole => {
+                LineEnd::Whole => {
                     let entry = parse(self.line, trimmed(&self.text), self.columns, self.metadata.axes)
                         .inspect_err(|_| self.dropped += self.text.len() as u64)?;
                     if matches!(entry, Some(Entry::Mark(Mark::End { .. }))) {
@@ -152,13 +152,13 @@ fn check_columns(at: u64, header: &str, axes: u8) -> Result<(), RecordingError> 
     Ok(())
 }
 
-enum Line {
+enum LineEnd {
     Whole,
     Partial,
     None,
 }
 
-fn next_line<R: BufRead>(input: &mut R, line: &mut u64, text: &mut Vec<u8>) -> Result<Line, RecordingError> {
+fn next_line<R: BufRead>(input: &mut R, line: &mut u64, text: &mut Vec<u8>) -> Result<LineEnd, RecordingError> {
     text.clear();
     *line += 1;
     let read = input
@@ -170,15 +170,15 @@ fn next_line<R: BufRead>(input: &mut R, line: &mut u64, text: &mut Vec<u8>) -> R
             source,
         })?;
     Ok(match text.last() {
-        Some(b'\n') => Line::Whole,
-        None => Line::None,
+        Some(b'\n') => LineEnd::Whole,
+        None => LineEnd::None,
         Some(_) if read as u64 == MAX_LINE => {
             return Err(RecordingError::LineTooLong {
                 line: *line,
                 longest: MAX_LINE,
             });
         }
-        Some(_) => Line::Partial,
+        Some(_) => LineEnd::Partial,
     })
 }
 

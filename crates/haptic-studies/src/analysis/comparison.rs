@@ -129,7 +129,7 @@ fn direction(difference: f64, threshold: f64) -> i64 {
 
 /// The row of a condition.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub struct ComparisonRow {
     /// Name of the condition.
     pub condition: String,
     /// Its index of difficulty, bit.
@@ -180,7 +180,7 @@ pub struct Comparison {
     /// The resistances, in the order of the counts.
     pub resistances: Vec<String>,
     /// A row for each condition, the easiest first.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ComparisonRow>,
     /// The sums, by resistance.
     pub totals: Vec<Total>,
     /// Every two resistances.
@@ -247,7 +247,7 @@ pub(super) fn comparisons(
     conditions.dedup();
     let table = |measure: Measure| {
         let threshold = thresholds.of(measure);
-        let rows: Vec<Row> = conditions
+        let rows: Vec<ComparisonRow> = conditions
             .iter()
             .map(|(condition, difficulty_bit)| {
                 let counts = |name: &String| {
@@ -256,7 +256,7 @@ pub(super) fn comparisons(
                         .filter(|one| one.resistance == *name && one.condition == *condition);
                     Counts::of(own.filter_map(|one| measure.of(one)), threshold)
                 };
-                Row {
+                ComparisonRow {
                     condition: (*condition).to_owned(),
                     difficulty_bit: *difficulty_bit,
                     counts: compared.iter().map(counts).collect(),
@@ -302,7 +302,7 @@ fn directions<'a>(
     by_subject
 }
 
-fn total(rows: &[Row], place: usize, directions: &BTreeMap<&str, BTreeMap<&str, i64>>) -> Total {
+fn total(rows: &[ComparisonRow], place: usize, directions: &BTreeMap<&str, BTreeMap<&str, i64>>) -> Total {
     let sum = |of: fn(&Counts) -> u64| rows.iter().map(|row| of(&row.counts[place])).sum();
     let (better, worse) = majorities(directions.values().map(|conditions| conditions.values().sum()));
     Total {

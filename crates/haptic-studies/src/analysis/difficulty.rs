@@ -3,7 +3,7 @@
 use super::error::{Reason, Refusal};
 use super::segments::Segment;
 use haptic_lab::stats::mean::clustered_mean;
-use haptic_lab::stats::regression::{Line, line};
+use haptic_lab::stats::regression::{RegressionLine, line};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -28,7 +28,7 @@ pub struct DifficultyLine {
     /// Name of the resistance.
     pub resistance: String,
     /// The line through the points, s over bit; absent where they do not determine one.
-    pub line: Option<Line>,
+    pub line: Option<RegressionLine>,
     /// Why there is no line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<Reason>,

@@ -17,7 +17,7 @@ mod tables;
 mod trajectories;
 
 pub use super::store::{Trials, read_file, read_folder};
-pub use comparison::{BASELINE, Comparison, Counts, Difference, Measure, Pair, Row, Thresholds, Total};
+pub use comparison::{BASELINE, Comparison, ComparisonRow, Counts, Difference, Measure, Pair, Thresholds, Total};
 pub use data::{fitts_data, perception_data};
 pub use difficulty::{DifficultyLine, Point};
 pub use error::{AnalysisError, Reason, Refusal};

@@ -89,7 +89,7 @@ fn analysed(trials: &[FittsTrial]) -> FittsAnalysis {
 fn every_cell_of_a_small_study_matches_hand_derivation() {
     let found = analysed(&study());
     let cells = |comparison: &Comparison| -> Vec<[[u64; 2]; 2]> {
-        let of = |row: &Row| [0, 1].map(|place: usize| [row.counts[place].better, row.counts[place].worse]);
+        let of = |row: &ComparisonRow| [0, 1].map(|place: usize| [row.counts[place].better, row.counts[place].worse]);
         comparison.rows.iter().map(of).collect()
     };
     // Rows: easy (3 bit), hard (5 bit); in each real, viscous; in each better, worse.

@@ -1,5 +1,5 @@
 use super::super::plan::{self, FittsPlan, PerceptionPlan, Plan};
-use super::super::session::{Row, Ticks};
+use super::super::session::{Ticks, TrialRow};
 use super::super::trial::{Case, FittsTrial};
 use super::*;
 use haptic_ipc::Sample;
@@ -31,7 +31,7 @@ fn segment(resistance: &str, condition: &str) -> Vec<(FittsTrial, Ticks)> {
     let mut session = new_session(&Plan::Fitts(plan), &subject);
     let mut trials = Vec::new();
     run_next(&mut session, 1, &subject, |finished| {
-        let Row::Fitts(trial) = finished.row else {
+        let TrialRow::Fitts(trial) = finished.row else {
             panic!("targets")
         };
         trials.push((*trial, finished.ticks.expect("its ticks")));
@@ -131,7 +131,7 @@ fn a_surface_with_much_more_friction_is_distinguished() {
     let mut cases = Vec::new();
     while !session.is_done() {
         run_next(&mut session, 1, &subject, |finished| {
-            let Row::Perception(trial) = finished.row else {
+            let TrialRow::Perception(trial) = finished.row else {
                 panic!("surfaces")
             };
             assert!(trial.correct, "{trial:?}");

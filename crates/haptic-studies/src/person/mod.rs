@@ -11,7 +11,7 @@
 //! that this changes no time.
 
 use super::perception::Answer;
-use super::session::{Frame, Interruption, Mounting, News, Row, Session, Task, View};
+use super::session::{Frame, Interruption, Mounting, News, Session, Task, TrialRow, View};
 use super::store::{Keeper, RigDescription, StoreError, Study};
 use super::subject::Subject;
 use super::trial::{Operator, VoidedTrial};
@@ -42,7 +42,7 @@ pub enum PersonError {
 #[derive(Clone, Debug, PartialEq)]
 pub enum SessionEvent {
     /// A trial is on the disk, with this row.
-    Kept(Row),
+    Kept(TrialRow),
     /// A trial under way is void, and done again.
     Voided(VoidedTrial),
     /// All trials of this subject are done, and the study's trials are in one file.

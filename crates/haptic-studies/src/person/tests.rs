@@ -264,7 +264,7 @@ fn what_disturbs_a_trial_voids_it_and_it_is_done_again() {
     person.click();
     person.session_events.clear();
     person.click();
-    let Some(SessionEvent::Kept(Row::Fitts(row))) = person.session_events.first() else {
+    let Some(SessionEvent::Kept(TrialRow::Fitts(row))) = person.session_events.first() else {
         panic!("{:?}", person.session_events)
     };
     assert_eq!((row.trial, row.voided), (1, 6));
@@ -284,7 +284,7 @@ fn what_disturbs_a_trial_voids_it_and_it_is_done_again() {
     person.find_target();
     person.click();
     person.click();
-    let Some(SessionEvent::Kept(Row::Fitts(row))) = person.session_events.last() else {
+    let Some(SessionEvent::Kept(TrialRow::Fitts(row))) = person.session_events.last() else {
         panic!("{:?}", person.session_events)
     };
     assert_eq!((row.trial, row.voided), (2, 0), "the next trial has no void attempts");
@@ -324,7 +324,7 @@ fn click_counts_at_its_tick_however_late_it_arrives() {
     person.ticks(200);
     person.session.click(clicked);
     person.listen();
-    let Some(SessionEvent::Kept(Row::Fitts(first))) = person.session_events.pop() else {
+    let Some(SessionEvent::Kept(TrialRow::Fitts(first))) = person.session_events.pop() else {
         panic!("a row")
     };
     assert_eq!(
@@ -342,7 +342,7 @@ fn click_counts_at_its_tick_however_late_it_arrives() {
     let coming = person.tick + 50;
     person.session.click(coming);
     person.ticks(60);
-    let Some(SessionEvent::Kept(Row::Fitts(second))) = person.session_events.pop() else {
+    let Some(SessionEvent::Kept(TrialRow::Fitts(second))) = person.session_events.pop() else {
         panic!("a row")
     };
     assert_eq!((second.start_tick, second.end_tick), (Some(clicked), Some(coming)));
@@ -364,7 +364,7 @@ fn a_person_tells_surfaces_apart_and_sees_nothing_of_them() {
         let feedback = person.session.view().feedback;
         assert_eq!(feedback == Some(Feedback::Answered), !is_practice, "{feedback:?}");
         rows.extend(person.session_events.drain(..).filter_map(|event| match event {
-            SessionEvent::Kept(Row::Perception(row)) => Some(*row),
+            SessionEvent::Kept(TrialRow::Perception(row)) => Some(*row),
             _ => None,
         }));
     }

@@ -442,7 +442,7 @@ impl Session {
                 trial.voided = self.settings.voided;
                 (trial.cursor_latency_s, trial.cursor_latency_p95_s) = self.frames.median_and_p95_s();
                 trial.frame_rate_hz = self.frames.rate_hz();
-                self.finish(Row::Fitts(trial), is_practice, sample.tick);
+                self.finish(TrialRow::Fitts(trial), is_practice, sample.tick);
                 Feedback::Hit
             }
         };
@@ -465,7 +465,7 @@ impl Session {
             (true, true) => Feedback::Right,
             (true, false) => Feedback::Wrong,
         };
-        self.finish(Row::Perception(Box::new(trial)), is_practice, tick);
+        self.finish(TrialRow::Perception(Box::new(trial)), is_practice, tick);
         self.show(feedback);
     }
 
@@ -473,7 +473,7 @@ impl Session {
         self.feedback = Some((feedback, FEEDBACK_S / self.settings.period_s));
     }
 
-    fn finish(&mut self, row: Row, is_practice: bool, tick: u64) {
+    fn finish(&mut self, row: TrialRow, is_practice: bool, tick: u64) {
         let ticks = self.ticks.as_mut().map(|ticks| ticks.split_after(tick));
         self.news.push_back(News::Finished(Box::new(FinishedTrial {
             row,
@@ -519,7 +519,7 @@ fn whole_seconds(time_s: f64) -> u32 {
 
 /// The row of a trial.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Row {
+pub enum TrialRow {
     /// Of the targeting task.
     Fitts(Box<FittsTrial>),
     /// Of the perception tests.
@@ -530,7 +530,7 @@ pub enum Row {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FinishedTrial {
     /// Its row.
-    pub row: Row,
+    pub row: TrialRow,
     /// Whether it is for practice.
     pub is_practice: bool,
     /// Its ticks; none where nobody knows which scene they rendered.

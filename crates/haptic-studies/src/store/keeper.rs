@@ -1,7 +1,7 @@
 //! Keeps what becomes final in a subject's session: each trial with its recording is on the disk when a call returns.
 
 use super::super::plan::Task as Kind;
-use super::super::session::{FinishedTrial, News, Row, Session, Settings, Task, Ticks};
+use super::super::session::{FinishedTrial, News, Session, Settings, Task, Ticks, TrialRow};
 use super::super::subject::{StudyMismatch, Subject};
 use super::super::trial::{self, Operator, Trial, VoidedTrial};
 use super::Study;
@@ -144,7 +144,7 @@ impl Keeper {
     ///
     /// # Errors
     /// It cannot be written. The session must not continue then; another one continues at this trial.
-    pub fn keep(&mut self, news: News) -> Result<Option<Row>, StoreError> {
+    pub fn keep(&mut self, news: News) -> Result<Option<TrialRow>, StoreError> {
         let FinishedTrial {
             mut row,
             is_practice,
@@ -161,11 +161,11 @@ impl Keeper {
             &mut self.data
         };
         match &mut row {
-            Row::Fitts(trial) => {
+            TrialRow::Fitts(trial) => {
                 trial.recording = recording;
                 table.append(&**trial)?;
             }
-            Row::Perception(trial) => {
+            TrialRow::Perception(trial) => {
                 trial.recording = recording;
                 table.append(&**trial)?;
             }

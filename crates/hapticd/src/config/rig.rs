@@ -4,7 +4,7 @@ use super::error::{ConfigError, within};
 use super::options::{HandName, Options};
 use device_io::fake::Path as PlanarPath;
 use device_io::fake::{
-    FakeRig, Figure, Hand, Motion, PlanarFake, PlanarProperties, PlanarRig, PointerArm, RigProperties,
+    FakeRig, Figure, Hand, HandMotion, PlanarFake, PlanarProperties, PlanarRig, PointerArm, RigProperties,
 };
 use device_io::kinematics::Kinematics;
 use device_io::link::Connector;
@@ -161,9 +161,9 @@ impl Options {
         ))
     }
 
-    fn motion(&self) -> Result<Motion, ConfigError> {
+    fn motion(&self) -> Result<HandMotion, ConfigError> {
         let (amplitude_m, frequency_hz) = self.oscillation()?;
-        Ok(Motion::Sine {
+        Ok(HandMotion::Sine {
             amplitude_m,
             frequency_hz,
         })

@@ -1,7 +1,7 @@
 //! `subscribe`: begins, changes or ends a client's events.
 
 use crate::control::RigHandle;
-use crate::telemetry::subscribers::{Line, Subscription};
+use crate::telemetry::subscribers::{ClientLine, Subscription};
 use haptic_ipc::quantity::number;
 use haptic_ipc::{ErrorCode, SubscribeReply, Topic, WireError};
 use std::sync::Arc;
@@ -15,7 +15,7 @@ const SLOWEST_HZ: f64 = 0.1;
 pub(super) fn subscribe(
     rig: &RigHandle,
     session: u64,
-    (lines, room): (&mpsc::Sender<Line>, &Arc<Semaphore>),
+    (lines, room): (&mpsc::Sender<ClientLine>, &Arc<Semaphore>),
     topics: &[Topic],
     rate_hz: Option<f64>,
     batch_ms: Option<u32>,

@@ -17,7 +17,7 @@ use crate::rt::thread::{Policy, ThreadSettings};
 use crate::rt::tick::Tick;
 use crate::rt::tick::tests::servo;
 use device_io::fake::{
-    FakeRig, Figure, Firmware, FirmwareProperties, Hand, Motion, Path as PlanarPath, PlanarFake, PlanarProperties,
+    FakeRig, Figure, Firmware, FirmwareProperties, Hand, HandMotion, Path as PlanarPath, PlanarFake, PlanarProperties,
 };
 use device_io::fake::{PlanarRig, Port, RigProperties};
 use device_io::link::{Keeper, LoopTiming, SerialConnector};
@@ -303,7 +303,7 @@ fn gantry() -> PlanarFake {
 }
 
 pub(super) fn hand() -> Hand {
-    Hand::Prescribed(Motion::Sine {
+    Hand::Prescribed(HandMotion::Sine {
         amplitude_m: 0.03,
         frequency_hz: 1.0,
     })

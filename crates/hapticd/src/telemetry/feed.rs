@@ -3,7 +3,7 @@
 use crate::rt::outbox::{Answers, Consumer, TickRecord, TickSnapshot};
 use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::link;
-use crate::telemetry::motion::Motion;
+use crate::telemetry::motion::HandleMotion;
 use crate::telemetry::stop_times::StopTimes;
 use crate::telemetry::subscribers::{KnownScene, Subscribers, Subscription};
 use crate::telemetry::timing::TimingRecorder;
@@ -20,7 +20,7 @@ pub(crate) const PUMP_PERIOD: Duration = Duration::from_millis(5);
 pub(crate) struct Feed {
     consumer: Consumer,
     /// The motion of the handle, while a client has the rig to itself.
-    pub(crate) motion: Option<Motion>,
+    pub(crate) motion: Option<HandleMotion>,
     /// The excitation that is under way.
     pub(crate) excitation: Option<ObservedExcitation>,
     /// The link to the rig, unless the rig is simulated in this process.

@@ -38,7 +38,7 @@ const STRAIGHT: f64 = 1.1;
 
 /// The observed motion of the handle.
 #[derive(Clone, Debug)]
-pub(crate) struct Motion {
+pub(crate) struct HandleMotion {
     resolution_m: f64,
     /// The direction that is observed, on a rig of two axes.
     along: Plane,
@@ -87,7 +87,7 @@ struct ObservedPulse {
     ticks: Vec<Seen>,
 }
 
-impl Motion {
+impl HandleMotion {
     /// Begins to observe, on an encoder of this resolution, m.
     pub(crate) fn new(resolution_m: f64) -> Self {
         Self {
@@ -395,8 +395,8 @@ mod tests {
 
     /// A handle of 1 kg with 0.5 N of friction under a pulse, with the motor's sign; what was found
     /// and whether it was over in time.
-    fn pushed(sign: f64, gap: bool) -> (Motion, PulseReport, bool) {
-        let mut motion = Motion::new(1e-5);
+    fn pushed(sign: f64, gap: bool) -> (HandleMotion, PulseReport, bool) {
+        let mut motion = HandleMotion::new(1e-5);
         motion.begin_pulse(SHAPE, FIRST_AXIS);
         let (mut position, mut velocity): (f64, f64) = (0.0, 0.0);
         let mut over = None;
@@ -458,7 +458,7 @@ mod tests {
 
     #[test]
     fn hand_of_two_axes_is_seen_until_it_is_5_mm_away() {
-        let mut motion = Motion::new(1e-5);
+        let mut motion = HandleMotion::new(1e-5);
         motion.begin_pulse(SHAPE, FIRST_AXIS);
         assert_eq!(motion.pushed_hand(), None);
         // It goes 9 mm, and comes back.
@@ -479,7 +479,7 @@ mod tests {
 
     #[test]
     fn an_encoder_that_counts_in_fours_is_seen_through() {
-        let mut motion = Motion::new(1e-5);
+        let mut motion = HandleMotion::new(1e-5);
         for (tick, counts) in [0.0, 12.0, 20.0, 16.0, 16.0, 40.0].into_iter().enumerate() {
             let mut seen = record(tick as u64);
             seen.device_position = counts * 1e-5;

@@ -31,7 +31,7 @@ const MAX_HOLD: Duration = Duration::from_millis(250);
 
 /// A line for a client, with the room that it takes until it is written.
 #[derive(Debug)]
-pub(crate) struct Line {
+pub(crate) struct ClientLine {
     pub(crate) text: String,
     pub(crate) room: Option<OwnedSemaphorePermit>,
 }
@@ -68,7 +68,7 @@ pub(crate) struct Subscription {
     /// Every how many ticks one is sent.
     pub(crate) every: u64,
     pub(crate) batch: Duration,
-    pub(crate) lines: mpsc::Sender<Line>,
+    pub(crate) lines: mpsc::Sender<ClientLine>,
     /// Room for the client's events, [`BACKLOG_BYTES`] of it.
     pub(crate) room: Arc<Semaphore>,
 }
@@ -77,12 +77,12 @@ impl Subscription {
     /// Sends an event, if there is room for it.
     fn send(&self, text: String) -> bool {
         // The memory of the line, not the length of its text.
-        let bytes = u32::try_from(text.capacity() + size_of::<Line>()).unwrap_or(u32::MAX);
+        let bytes = u32::try_from(text.capacity() + size_of::<ClientLine>()).unwrap_or(u32::MAX);
         let Ok(room) = Arc::clone(&self.room).try_acquire_many_owned(bytes) else {
             return false;
         };
         let room = Some(room);
-        self.lines.try_send(Line { text, room }).is_ok()
+        self.lines.try_send(ClientLine { text, room }).is_ok()
     }
 }
 

@@ -1,14 +1,14 @@
 //! A session against samples and errors that a test makes, and what it puts on the wire, read from the bytes.
 
 use super::*;
-use crate::fake::{Firmware, FirmwareProperties, Hand, Motion, RigProperties};
+use crate::fake::{Firmware, FirmwareProperties, Hand, HandMotion, RigProperties};
 use crate::protocol::view::Kind;
 
 const MS: u64 = 1_000_000;
 
 /// A fake firmware whose hand moves 30 mm to and fro once a second.
 pub(in crate::link) fn firmware() -> Firmware {
-    let motion = Motion::Sine {
+    let motion = HandMotion::Sine {
         amplitude_m: 0.03,
         frequency_hz: 1.0,
     };
@@ -27,7 +27,7 @@ pub(in crate::link) fn greeted_firmware(now_ns: u64) -> (Firmware, DeviceHello) 
 
 /// A session with a fake firmware, without a link between them.
 struct Pair {
-    session: Session,
+    session: LinkSession,
     firmware: Firmware,
     now_ns: u64,
 }
@@ -36,7 +36,7 @@ impl Pair {
     fn new() -> Self {
         let now_ns = 1000 * MS;
         let (firmware, hello) = greeted_firmware(now_ns);
-        let session = Session::new(&hello, LoopTiming::default(), now_ns, Arc::new(LinkCounters::default()));
+        let session = LinkSession::new(&hello, LoopTiming::default(), now_ns, Arc::new(LinkCounters::default()));
         Self {
             session,
             firmware,
@@ -319,17 +319,17 @@ const LIMIT_MN: i32 = 1237;
 
 /// A session with a device of that limit. A rig that cuts forces itself, as the fake one does, would hide a host that
 /// does not.
-fn limited_session() -> Session {
+fn limited_session() -> LinkSession {
     let hello = DeviceHello {
         force_limit_mn: LIMIT_MN.unsigned_abs(),
         ..greeted_firmware(0).1
     };
-    Session::new(&hello, LoopTiming::default(), 0, Arc::default())
+    LinkSession::new(&hello, LoopTiming::default(), 0, Arc::default())
 }
 
 /// Force, mN, and whether the motor is enabled, as they stand in the frame of a command, at the offsets of
 /// docs/device-protocol.md.
-fn in_the_frame(session: &mut Session, force_n: f64, enabled: bool, now_ns: u64) -> (i32, bool) {
+fn in_the_frame(session: &mut LinkSession, force_n: f64, enabled: bool, now_ns: u64) -> (i32, bool) {
     let Outgoing::Sent { command, .. } = session.command([force_n, 0.0], enabled, now_ns) else {
         panic!("it is sent");
     };

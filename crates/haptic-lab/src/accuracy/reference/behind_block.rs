@@ -3,7 +3,7 @@
 use super::course::{Course, Driver};
 use super::equations::{Law, Mode, has_stuck_state};
 use crate::motion::DeviceSample;
-use crate::simulate::{ContactChange, Row, Simulation, Start};
+use crate::simulate::{ContactChange, SimulatedRow, Simulation, Start};
 use haptic_core::Direction;
 use haptic_core::friction::Friction;
 use haptic_core::scene::Coupling;
@@ -153,7 +153,7 @@ pub(super) fn solve(
                 }
             });
         }
-        rows.push(Row {
+        rows.push(SimulatedRow {
             device: *sample,
             block_position_m: f64::from(pull.x),
             block_velocity_mps: f64::from(course.w),

@@ -4,7 +4,7 @@
 use super::course::{Course, Driver};
 use super::equations::{Law, Mode};
 use crate::motion::DeviceSample;
-use crate::simulate::{Row, Simulation};
+use crate::simulate::{SimulatedRow, Simulation};
 use haptic_core::Direction;
 use haptic_core::friction::Friction;
 use twofloat::TwoFloat;
@@ -49,7 +49,7 @@ pub(super) fn solve(law: &Friction, motion: &[DeviceSample], tolerance_n: f64) -
         let (force, _) = course
             .law
             .friction(sample.velocity_mps, f64::from(course.z), course.mode);
-        rows.push(Row {
+        rows.push(SimulatedRow {
             device: *sample,
             block_position_m: sample.position_m,
             block_velocity_mps: sample.velocity_mps,

@@ -7,7 +7,7 @@
 //! mistake in those cannot hide. It is slow: a tick takes from microseconds to milliseconds.
 
 use crate::motion::DeviceSample;
-use crate::simulate::{ContactChange, Row, Simulation, Start};
+use crate::simulate::{ContactChange, SimulatedRow, Simulation, Start};
 use haptic_core::block::Contact;
 use haptic_core::friction::Karnopp;
 use haptic_core::scene::Coupling;
@@ -297,7 +297,7 @@ pub(super) fn solve(
         }
         let force = block.stiffness * (exact(sample.position_m) - state.x)
             + block.damping * (exact(sample.velocity_mps) - state.w);
-        rows.push(Row {
+        rows.push(SimulatedRow {
             device: *sample,
             block_position_m: f64::from(state.x),
             block_velocity_mps: f64::from(state.w),

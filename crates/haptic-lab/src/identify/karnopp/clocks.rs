@@ -6,7 +6,7 @@
 
 use super::place;
 use super::problem::Problem;
-use super::regression::{OVERLAPPING, Row, Rows, Shape, Unknown};
+use super::regression::{OVERLAPPING, RegressionRow, Rows, Shape, Unknown};
 use crate::smoothing::{weighted, whole};
 use crate::two_clocks::{self, Change, NoShift, Shift, Shifts, stands_out};
 use nalgebra::{DMatrix, DVector};
@@ -82,7 +82,7 @@ fn refine(problem: &Problem<'_>, rows: &Rows, shape: Shape, begin_s: f64) -> Opt
 struct Search<'a> {
     problem: &'a Problem<'a>,
     rows: &'a Rows,
-    thinned: Vec<Row>,
+    thinned: Vec<RegressionRow>,
     /// Of so many rows one is looked at.
     every: usize,
     design: DMatrix<f64>,

@@ -18,7 +18,7 @@ mod refusal;
 mod regression;
 mod statics;
 
-pub(super) use motion::Motion;
+pub(super) use motion::MotionEstimate;
 pub(super) use problem::{CALIBRATION_SHARE, SAMPLING_SHARE};
 
 use super::Left;

@@ -17,7 +17,7 @@ const MIN_REST_S: f64 = 30e-3;
 
 /// What the positions say about the motion.
 #[derive(Clone, Debug)]
-pub(in crate::identify) struct Motion {
+pub(in crate::identify) struct MotionEstimate {
     /// Velocity, m/s.
     pub(in crate::identify) velocity_mps: Vec<f64>,
     /// 1 and -1 where it slides for certain, else 0.
@@ -32,7 +32,7 @@ pub(in crate::identify) struct Motion {
     pub(super) slowest_mps: f64,
 }
 
-impl Motion {
+impl MotionEstimate {
     pub(in crate::identify) fn new(grid: &Grid, resolution_m: Option<f64>) -> Self {
         let (x, period_s) = (&grid.position_m, grid.period_s);
         let step_m = resolution_m.or_else(|| encoder_step(x)).unwrap_or(0.0);

@@ -3,7 +3,7 @@
 //! Beside it: which window the record is seen through, and the fit to the slides, with what the calibration and the
 //! times of steps add to its errors.
 
-use super::motion::Motion;
+use super::motion::MotionEstimate;
 use super::regression::{Beside, Fit, Rows, Shape, Unknown, fit};
 use crate::identify::grid::Grid;
 use crate::identify::options::Options;
@@ -24,7 +24,7 @@ const STEPS_A_SLIDE: f64 = 0.25;
 #[derive(Debug)]
 pub(super) struct Problem<'a> {
     pub(super) grid: &'a Grid,
-    pub(super) motion: &'a Motion,
+    pub(super) motion: &'a MotionEstimate,
     /// Driving force on the positions' clock, N.
     pub(super) force: Vec<f64>,
     pub(super) known_mass: f64,
@@ -37,7 +37,7 @@ pub(super) struct Problem<'a> {
 const MARGIN_WITH_SHIFT_S: f64 = 0.01;
 
 impl<'a> Problem<'a> {
-    pub(super) fn new(grid: &'a Grid, motion: &'a Motion, options: &Options) -> Self {
+    pub(super) fn new(grid: &'a Grid, motion: &'a MotionEstimate, options: &Options) -> Self {
         let is_of_two_clocks = options.clocks.longest_shift_s() > 0.0;
         Self {
             force: grid.force_n.clone(),

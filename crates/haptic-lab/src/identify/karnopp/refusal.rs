@@ -1,6 +1,6 @@
 //! What a record cannot determine, why, and what to record instead. Physics first, figures of the fit after.
 
-use super::motion::Motion;
+use super::motion::MotionEstimate;
 use super::place::{self, MIN_MASS_SHARE};
 use super::problem;
 use super::problem::{Problem, Slides};
@@ -78,13 +78,13 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
 }
 
 /// Whether the accelerations are no larger than their noise under the shortest and under long windows.
-fn is_acceleration_noise(rows: &Rows, motion: &Motion) -> bool {
+fn is_acceleration_noise(rows: &Rows, motion: &MotionEstimate) -> bool {
     let noise = motion.acceleration_noise(&rows.window);
     rows.acceleration_rms() < noise * 1.5 && noise < 0.05
 }
 
 /// Speeds of the slides below which a tenth, and above which a tenth, of their time is spent, m/s.
-fn speeds(motion: &Motion) -> (f64, f64) {
+fn speeds(motion: &MotionEstimate) -> (f64, f64) {
     let mut speeds: Vec<f64> = motion
         .velocity_mps
         .iter()
@@ -96,12 +96,12 @@ fn speeds(motion: &Motion) -> (f64, f64) {
     (at(1), at(9))
 }
 
-fn speed_ratio(motion: &Motion) -> f64 {
+fn speed_ratio(motion: &MotionEstimate) -> f64 {
     let (slow, fast) = speeds(motion);
     fast / slow.max(motion.slowest_mps)
 }
 
-fn too_little_sliding(rows: &Rows, grid: &Grid, motion: &Motion) -> String {
+fn too_little_sliding(rows: &Rows, grid: &Grid, motion: &MotionEstimate) -> String {
     let saturated = if grid.saturated_share > 0.0 {
         format!(
             "; the force is saturated for {:.0} % of the time",
@@ -391,7 +391,7 @@ pub(super) fn floor_forces(found: &mut Identified) {
 
 /// Refuses everything where friction would push also at the fastest slides: the force or the position has the other
 /// sign.
-fn refuse_reversed(found: &mut Identified, motion: &Motion, options: &Options) -> bool {
+fn refuse_reversed(found: &mut Identified, motion: &MotionEstimate, options: &Options) -> bool {
     let (_, fast) = speeds(motion);
     let pushes = |direction: &str| {
         let high = |name| interval(found, name, direction).map(|[_, high]| high);
@@ -425,7 +425,7 @@ fn refuse_reversed(found: &mut Identified, motion: &Motion, options: &Options) -
     true
 }
 
-fn refuse_poor_mass(found: &mut Identified, slides: &Slides, motion: &Motion, options: &Options) {
+fn refuse_poor_mass(found: &mut Identified, slides: &Slides, motion: &MotionEstimate, options: &Options) {
     if options.mass_kg.is_some() {
         return;
     }

@@ -1,6 +1,6 @@
 //! The linear fit to rows of the weak form.
 
-use super::motion::Motion;
+use super::motion::MotionEstimate;
 use crate::identify::grid::Grid;
 use crate::robust_fit::{self, PARTS, RobustFit, Uncertainty, Unfit};
 use crate::smoothing::{Window, weighted, whole};
@@ -23,7 +23,7 @@ const NOT_NOISE: f64 = 0.5;
 
 /// One window's worth of Newton's law.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row {
+pub(super) struct RegressionRow {
     /// Sample in its middle.
     pub(super) at: usize,
     /// Its place in the record, from -0.5 to 0.5.
@@ -36,7 +36,7 @@ pub(super) struct Row {
     pub(super) sense: f64,
 }
 
-impl Row {
+impl RegressionRow {
     /// Whether it slides in the positive direction, 0, or in the negative one, 1.
     fn is_of(&self, side: usize) -> bool {
         (self.sense < 0.0) == (side == 1)
@@ -48,7 +48,7 @@ impl Row {
 pub(super) struct Rows {
     pub(super) window: Window,
     pub(super) half_s: f64,
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<RegressionRow>,
     /// Samples from one row to the next.
     pub(super) step: usize,
     /// The part of the record that each row belongs to.
@@ -60,7 +60,7 @@ pub(super) struct Rows {
 impl Rows {
     /// The rows whose whole window is valid and slides one way: how long the mass rests at a turn, and at which instant
     /// it turns, is not known.
-    pub(super) fn new(grid: &Grid, motion: &Motion, half_s: f64, margin_s: f64) -> Self {
+    pub(super) fn new(grid: &Grid, motion: &MotionEstimate, half_s: f64, margin_s: f64) -> Self {
         let window = Window::new(half_s, grid.period_s);
         let reach = window.reach;
         let around = reach + whole(margin_s / grid.period_s);
@@ -135,7 +135,7 @@ impl Rows {
         let x = &grid.position_m;
         let (low, high) = extent(x.iter().copied());
         let last = hats as f64;
-        let of_row = |row: &Row| {
+        let of_row = |row: &RegressionRow| {
             let mut shares = vec![0.0; hats + 1];
             for (weight, x) in self.window.mean.iter().zip(&x[row.at - self.window.reach..]) {
                 let place = ((x - low) / (high - low) * last).clamp(0.0, last);
@@ -157,7 +157,7 @@ impl Rows {
 
     /// The force of each row, N.
     pub(super) fn forces(&self, force: &[f64]) -> Vec<f64> {
-        let smoothed = |row: &Row| weighted(&self.window.mean, force, row.at, 0.0);
+        let smoothed = |row: &RegressionRow| weighted(&self.window.mean, force, row.at, 0.0);
         self.rows.iter().map(smoothed).collect()
     }
 
@@ -171,7 +171,7 @@ impl Rows {
 }
 
 /// The part of each row.
-fn parts(rows: &[Row], step: usize, motion: &Motion) -> Vec<usize> {
+fn parts(rows: &[RegressionRow], step: usize, motion: &MotionEstimate) -> Vec<usize> {
     let mut strokes = vec![0; rows.len()];
     for index in 1..rows.len() {
         let (before, now) = (rows[index - 1].at, rows[index].at);
@@ -194,9 +194,9 @@ fn parts(rows: &[Row], step: usize, motion: &Motion) -> Vec<usize> {
     parts
 }
 
-fn row(grid: &Grid, motion: &Motion, window: &Window, at: usize) -> Row {
+fn row(grid: &Grid, motion: &MotionEstimate, window: &Window, at: usize) -> RegressionRow {
     let x = &grid.position_m;
-    Row {
+    RegressionRow {
         at,
         place: at as f64 / grid.len() as f64 - 0.5,
         acceleration: weighted(&window.curvature, x, at, x[at]),
@@ -267,7 +267,7 @@ impl Shape {
         unknowns
     }
 
-    pub(super) fn coefficient(self, unknown: Unknown, row: &Row, rate: f64) -> f64 {
+    pub(super) fn coefficient(self, unknown: Unknown, row: &RegressionRow, rate: f64) -> f64 {
         let of_side = |side, value| if row.is_of(side) { value } else { 0.0 };
         match (unknown, self.is_separate) {
             (Unknown::Mass, _) => row.acceleration,

@@ -5,7 +5,7 @@
 use super::problem::{Problem, Slides};
 use super::regression::Unknown;
 use crate::identify::grid::Grid;
-use crate::identify::karnopp::motion::Motion;
+use crate::identify::karnopp::motion::MotionEstimate;
 use crate::identify::options::Options;
 use crate::identify::result::{Identified, Refusal};
 use crate::robust_fit::NORMAL_95;
@@ -176,7 +176,7 @@ impl Breakaway {
 }
 
 /// All breakaways of a record, in order. `force` is on the clock of the positions.
-fn find_breakaways(grid: &Grid, motion: &Motion, force: &[f64]) -> Vec<Breakaway> {
+fn find_breakaways(grid: &Grid, motion: &MotionEstimate, force: &[f64]) -> Vec<Breakaway> {
     let found = motion.rests.iter().filter_map(|rest| {
         let x = &grid.position_m;
         // The last part of the rest may be its first motion.

@@ -1,6 +1,6 @@
 //! Recordings of a device behind a link: its clock is not ours, and both jitter.
 
-use super::session::{Session, TickInput, drag, setup};
+use super::session::{ReplayedSession, TickInput, drag, setup};
 use crate::accuracy::laws;
 use crate::replay::Report;
 use fastrand::Rng;
@@ -145,7 +145,7 @@ impl<V: Vector> Rig<V> {
 }
 
 /// A session of a rig with scenes, stops, resets and unplugged cables, at random.
-fn session<V: Vector>(seed: u64, link: Link) -> Session<V> {
+fn session<V: Vector>(seed: u64, link: Link) -> ReplayedSession<V> {
     let mut rng = Rng::with_seed(seed);
     let mut setup = setup();
     let settings = &mut setup.settings;
@@ -182,7 +182,7 @@ fn session<V: Vector>(seed: u64, link: Link) -> Session<V> {
     }
     scenes.retain(|scene| V::Renderer::new(scene, setup.scheme, setup.settings.period_s).is_ok());
     let scene = |rng: &mut Rng| scenes[rng.usize(0..scenes.len())].clone();
-    let mut session = Session::of(setup, scene(&mut rng));
+    let mut session = ReplayedSession::of(setup, scene(&mut rng));
     let mut rig = Rig::new(link, rng.fork());
     let mut pause = rng.u32(150..900);
     for _ in 0..LENGTH {

@@ -1,6 +1,6 @@
 //! What was recorded against what is computed.
 
-use super::session::{Session, TickInput, compared, eventful, metadata, metadata_with, reasons};
+use super::session::{ReplayedSession, TickInput, compared, eventful, metadata, metadata_with, reasons};
 use crate::replay::{Comparison, SkipReason, from, replay};
 use haptic_core::passivity::RigLosses;
 use haptic_core::planar::Plane;
@@ -123,7 +123,7 @@ fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
 
 #[test]
 fn silent_device_without_a_snapshot_is_not_compared() {
-    let mut session = Session::<f64>::new();
+    let mut session = ReplayedSession::<f64>::new();
     session.run(350).command(Command::Engage).run(200);
     for _ in 0..6 {
         session.tick(TickInput {
@@ -142,7 +142,7 @@ fn silent_device_without_a_snapshot_is_not_compared() {
 
 #[test]
 fn what_became_known_of_the_rig_counts_from_its_engagement_on() {
-    let mut session = Session::<f64>::new();
+    let mut session = ReplayedSession::<f64>::new();
     let losses = RigLosses {
         damping: 0.0,
         friction: 0.0,
@@ -180,7 +180,7 @@ fn replay_of_a_recorder_file_needs_only_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("session.csv");
     let mut recorder = haptic_recording::create(&path, &metadata(), false).expect("begun");
-    let mut session = Session::<f64>::new();
+    let mut session = ReplayedSession::<f64>::new();
     session.run(300).command(Command::Engage).run(300);
     let rows = session.entries.iter().map(|entry| match entry {
         Entry::Row(row, _) => *row,
@@ -207,7 +207,7 @@ fn the_steps_of_an_hour_take_seconds() {
     let stickier = Scene::paper()
         .with(&[("Fs".parse().expect("a key"), 8.0)])
         .expect("a scene");
-    let mut session = Session::<f64>::new();
+    let mut session = ReplayedSession::<f64>::new();
     session.run(200).command(Command::Engage);
     let mut comparison = Comparison::new(&metadata()).expect("it is replayed");
     let mut took = Duration::ZERO;

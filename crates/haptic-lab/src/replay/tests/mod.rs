@@ -7,7 +7,7 @@ use super::Alternative;
 use haptic_core::servo::Command;
 use haptic_recording::Entry;
 use proptest::prelude::*;
-use session::{Session, compared, drag};
+use session::{ReplayedSession, compared, drag};
 use what_if::what_if_rows;
 
 proptest! {
@@ -16,7 +16,7 @@ proptest! {
     fn no_damage_panics_a_replay(
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u64>(), 0..6_usize), 1..6),
     ) {
-        let mut session = Session::<f64>::new();
+        let mut session = ReplayedSession::<f64>::new();
         session.run(100).command(Command::Engage).run(100).command(Command::Release).run(100);
         for (place, bits, field) in changes {
             let place = place.index(session.entries.len());

@@ -100,7 +100,7 @@ pub(super) struct TickInput<V = f64> {
 }
 
 /// A rig as the daemon runs it, and what a recording of it holds.
-pub(super) struct Session<V: Vector = f64> {
+pub(super) struct ReplayedSession<V: Vector = f64> {
     setup: ServoSetup,
     first: Scene,
     servo: Servo<V>,
@@ -114,7 +114,7 @@ pub(super) struct Session<V: Vector = f64> {
     arrivals: BTreeMap<u64, SceneArrival>,
 }
 
-impl<V: Vector> Session<V> {
+impl<V: Vector> ReplayedSession<V> {
     pub(super) fn new() -> Self {
         Self::of(setup(), Scene::paper())
     }
@@ -315,8 +315,8 @@ pub(super) fn drag() -> Scene {
 }
 
 /// Everything that can happen to a rig.
-pub(super) fn eventful<V: Vector>() -> Session<V> {
-    let mut session = Session::new();
+pub(super) fn eventful<V: Vector>() -> ReplayedSession<V> {
+    let mut session = ReplayedSession::new();
     let happening = TickInput::default;
     let stickier = Scene::paper()
         .with(&[("Fs".parse().expect("a key"), 8.0), ("Fd".parse().expect("a key"), 5.0)])

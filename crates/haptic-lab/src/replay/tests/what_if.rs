@@ -2,7 +2,7 @@
 
 use super::session::{drag, eventful, metadata, metadata_with};
 use crate::replay::{Alternative, Summary, Tally, WhatIf, WhatIfRow};
-use crate::row::Row;
+use crate::row::RecordedRow;
 use haptic_core::planar::Plane;
 use haptic_core::scene::{Coupling, FileCoupling, SceneFile};
 use haptic_core::{Scene, Vector};
@@ -53,7 +53,7 @@ fn felt_the_same_and_otherwise<V: Vector>(is_felt: fn(&Tally) -> bool) {
     let peak_n = rows.iter().map(|row| row.recorded.command_force::<V>().length());
     assert_eq!(other.recorded.peak_force_n, peak_n.fold(0.0, f64::max));
     // A viscous drag of 20 N s/m on the device: where it is fully let in, the force is the velocity's.
-    let is_within_limits = |row: &Row| row.device_velocity::<V>().length() < 0.4;
+    let is_within_limits = |row: &RecordedRow| row.device_velocity::<V>().length() < 0.4;
     let steady = rows
         .iter()
         .filter_map(|row| row.what_if.filter(|row| row.sample.state == RigState::Engaged))

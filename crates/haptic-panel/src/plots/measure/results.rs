@@ -15,7 +15,7 @@ pub(crate) struct Measuring {
     /// The signal of the spectrum.
     pub(crate) signal: Signal,
     pub(crate) scaling: Scaling,
-    pub(crate) table: Kept<Vec<Row>>,
+    pub(crate) table: Kept<Vec<StatisticsRow>>,
     pub(crate) spectrum: Kept<Result<Vec<(Component, Spectrum)>, String>>,
 }
 
@@ -32,7 +32,7 @@ impl Default for Measuring {
 
 /// The statistics of a signal, and its difference to the reference.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Row {
+pub(crate) struct StatisticsRow {
     pub(crate) signal: Signal,
     pub(crate) component: Component,
     /// `None` without a sample.

@@ -4,9 +4,9 @@
 use super::operations::MIN_CONFIRMED;
 use super::pulse;
 use crate::rt::outbox::tests::record;
-use crate::telemetry::motion::Motion;
+use crate::telemetry::motion::HandleMotion;
 use crate::telemetry::rest::Wait;
-use device_io::fake::{Hand, Motion as HandMotion, Plant, RigProperties};
+use device_io::fake::{Hand, HandMotion, Plant, RigProperties};
 use haptic_core::OwnMotion;
 use haptic_core::planar::Plane;
 use haptic_ipc::{PulseEnd, SampleY};
@@ -32,7 +32,7 @@ struct Rig {
     sign: f64,
     /// The direction of its line in the plane; of a rig of one axis none.
     along: Option<Plane>,
-    motion: Motion,
+    motion: HandleMotion,
     resolution_m: f64,
     /// Time before the first tick, s, and ticks since.
     phase_s: f64,
@@ -52,7 +52,7 @@ impl Rig {
             plant,
             sign,
             along,
-            motion: Motion::new(properties.resolution_m),
+            motion: HandleMotion::new(properties.resolution_m),
             resolution_m: properties.resolution_m,
             phase_s,
             ticks: 0,

@@ -10,7 +10,7 @@ use crate::control::rig::exclusive_use::state::{Commissioning, ExclusiveUse, Wor
 use crate::control::rig::exclusive_use::{self, largest_force_n, resting_device};
 use crate::control::rig_files::Origin;
 use crate::control::{RigHandle, change, judge};
-use crate::telemetry::motion::Motion;
+use crate::telemetry::motion::HandleMotion;
 use haptic_ipc::quantity::number;
 use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, StateReply, WireError};
 use std::rc::Rc;
@@ -74,7 +74,7 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<C
     let motion = feed.motion.as_ref();
     // Along two directions positions and steps are not of one line.
     let on_a_line = motion.filter(|_| found.motor.is_none());
-    let (least_m, greatest_m) = on_a_line.map(Motion::range_m).unzip();
+    let (least_m, greatest_m) = on_a_line.map(HandleMotion::range_m).unzip();
     let (rig_force_limit_n, force_limit_n) = largest_force_n(rig, &current.device);
     Ok(CommissionReply {
         by: current.by.clone(),
@@ -91,10 +91,10 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<C
         last: found.last.clone(),
         positive_confirmed: found.confirmed[0] > 0,
         negative_confirmed: found.confirmed[1] > 0,
-        position_m: motion.map_or(0.0, Motion::position_m),
+        position_m: motion.map_or(0.0, HandleMotion::position_m),
         least_m,
         greatest_m,
-        step_m: on_a_line.and_then(Motion::step_m),
+        step_m: on_a_line.and_then(HandleMotion::step_m),
         path: found.path.clone(),
         coupling: found.coupling,
     })

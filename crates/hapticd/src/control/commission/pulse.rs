@@ -8,7 +8,7 @@ use crate::control::rig::both_motors::DrivenAlone;
 use crate::control::rig::exclusive_use::state::Work;
 use crate::rt::space::FIRST_AXIS;
 use crate::telemetry::feed::Feed;
-use crate::telemetry::motion::Motion;
+use crate::telemetry::motion::HandleMotion;
 use crate::telemetry::rest::Wait;
 use device_io::kinematics::{Kinematics, Reading};
 use haptic_core::own_motion::{FARTHEST_PULSE_M, FASTEST_PULSE_MPS};
@@ -75,7 +75,7 @@ pub(super) async fn begin(rig: &Rc<RigHandle>, by: Requester<'_>, shape: PulseSh
             }
             Ok(along)
         },
-        is_over: |feed| feed.motion.as_ref().is_some_and(Motion::pulse_is_over),
+        is_over: |feed| feed.motion.as_ref().is_some_and(HandleMotion::pulse_is_over),
         report,
     };
     motion::begin(rig, by, asked).await

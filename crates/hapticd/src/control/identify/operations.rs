@@ -12,7 +12,7 @@ use crate::control::rig::exclusive_use::{self, largest_force_n, resting_device};
 use crate::rt::space::FIRST_AXIS;
 use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::feed::Feed;
-use crate::telemetry::motion::Motion;
+use crate::telemetry::motion::HandleMotion;
 use haptic_core::rig_friction::RigFriction;
 use haptic_core::{BoundError, Excitation, OwnMotion};
 use haptic_ipc::{ErrorCode, ExcitationEnd, IdentificationReply, JournalEntry, WireError};
@@ -71,7 +71,7 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<I
     let doing = "identifying the rig: `identify.begin`";
     let (current, work) = exclusive_use::of_client(rig, by, ExclusiveUse::identification_of, doing)?;
     let feed = rig.feed();
-    let position_m = feed.motion.as_ref().map_or(work.middle_m, Motion::position_m);
+    let position_m = feed.motion.as_ref().map_or(work.middle_m, HandleMotion::position_m);
     let (_, force_limit_n) = largest_force_n(rig, &current.device);
     Ok(IdentificationReply {
         by: current.by.clone(),

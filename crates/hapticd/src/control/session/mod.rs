@@ -9,7 +9,7 @@ use crate::control::rig::ReadAfter;
 use crate::control::session::dispatch::{answer, line};
 use crate::control::session::lines::{Lines, unreadable};
 use crate::control::{RigHandle, exclusive_use, lease};
-use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, Line};
+use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, ClientLine};
 use haptic_ipc::{BadLine, Envelope, Hello, PROTOCOL_VERSION, Peer, Request, Rights, WireError};
 use serde::Serialize;
 use std::collections::VecDeque;
@@ -45,7 +45,7 @@ const MAX_PENDING: usize = 64;
 /// A client that is served.
 struct Client {
     rig: Rc<RigHandle>,
-    lines: mpsc::Sender<Line>,
+    lines: mpsc::Sender<ClientLine>,
     /// Room for an answer: the next one waits until it is written.
     unwritten: Arc<Semaphore>,
     /// Room for events.
@@ -134,8 +134,8 @@ enum ReceivedLine {
 }
 
 /// Writes the lines queued for a client, until the queue closes or the client stops reading.
-async fn write(mut writer: OwnedWriteHalf, mut outgoing: mpsc::Receiver<Line>) {
-    while let Some(Line { text, room }) = outgoing.recv().await {
+async fn write(mut writer: OwnedWriteHalf, mut outgoing: mpsc::Receiver<ClientLine>) {
+    while let Some(ClientLine { text, room }) = outgoing.recv().await {
         let written = tokio::time::timeout(BLOCKED_FOR, writer.write_all(text.as_bytes())).await;
         if !matches!(written, Ok(Ok(()))) {
             return;
@@ -180,7 +180,7 @@ impl Client {
     fn send_away(&self) {
         let text = answer::<()>(None, Err(self.only_stopping()));
         // Where its answers have filled the queue, it reads nothing.
-        drop(self.lines.try_send(Line { text, room: None }));
+        drop(self.lines.try_send(ClientLine { text, room: None }));
     }
 
     /// Raises a stop at once.
@@ -352,7 +352,7 @@ impl Client {
     /// Queues a line for the client, once there is room for it.
     async fn send(&self, text: String) -> Result<(), Closed> {
         let room = take(&self.unwritten, 1).await;
-        self.lines.send(Line { text, room }).await.map_err(|_| Closed)
+        self.lines.send(ClientLine { text, room }).await.map_err(|_| Closed)
     }
 
     /// Answers all pending changes.

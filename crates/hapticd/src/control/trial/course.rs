@@ -2,7 +2,7 @@
 
 use super::{LIGHT_RIG_KG, MAX_JUMPS_PER_S, MAX_SIGN_CHANGES_PER_S, Trial, TrialHand};
 use device_io::Device;
-use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
+use device_io::fake::{FakeRig, Hand, HandMotion, RigProperties};
 use haptic_core::compensation::Compensation;
 use haptic_core::limiter::Limits;
 use haptic_core::sample::Measurement;
@@ -117,7 +117,7 @@ impl TrialRig {
         let arm = |amplitude_m, frequency_hz| Hand::Arm {
             stiffness_n_per_m,
             damping_ns_per_m,
-            motion: Motion::Sine {
+            motion: HandMotion::Sine {
                 amplitude_m,
                 frequency_hz,
             },
@@ -156,12 +156,12 @@ impl TrialRig {
 }
 
 /// The path of forces to the motor: whole periods and a rest.
-struct Line {
+struct DelayedForce {
     waiting: VecDeque<f64>,
     rest_ns: u64,
 }
 
-impl Line {
+impl DelayedForce {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -296,7 +296,7 @@ pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, stroke
     let tap_n = side * (rig.mass_kg * TAP_MPS / tap_s + friction_n);
 
     let (mut servo, mut device) = (rig.servo(renderer), rig.in_process(hand, stroke_m));
-    let mut line = Line::new(rig.delay_s, period_s);
+    let mut line = DelayedForce::new(rig.delay_s, period_s);
     let mut count = Count::new(rig.force_limit_n, ticks_in(RESTS_AFTER_S));
     let mut rest = Rest::new(
         rig.force_limit_n,

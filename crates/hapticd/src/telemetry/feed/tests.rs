@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::rt::outbox::{self, FromLoop};
-use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, Line};
+use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, ClientLine};
 use haptic_core::Scene;
 use std::sync::Arc;
 use tokio::sync::{Semaphore, mpsc};
@@ -17,7 +17,7 @@ fn known(revision: u64) -> KnownScene {
     }
 }
 
-fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, mpsc::Receiver<Line>) {
+fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, mpsc::Receiver<ClientLine>) {
     let (lines, received) = mpsc::channel(backlog);
     let subscription = Subscription {
         topics: topics.to_vec(),
@@ -34,7 +34,7 @@ fn pump(feed: &mut Feed, scenes: &VecDeque<KnownScene>, servo: impl Fn() -> Opti
     feed.update_subscribers(scenes, |_| servo());
 }
 
-fn events(received: &mut mpsc::Receiver<Line>) -> Vec<Event> {
+fn events(received: &mut mpsc::Receiver<ClientLine>) -> Vec<Event> {
     std::iter::from_fn(|| received.try_recv().ok())
         .map(|line| serde_json::from_str(&line.text).expect("an event"))
         .collect()
@@ -106,7 +106,7 @@ fn backlog_of_an_unreading_subscriber_is_bounded_in_bytes() {
             pump(&mut feed, &scenes, || None);
         }
     }
-    let held: Vec<Line> = std::iter::from_fn(|| received.try_recv().ok()).collect();
+    let held: Vec<ClientLine> = std::iter::from_fn(|| received.try_recv().ok()).collect();
     let bytes: usize = held.iter().map(|line| line.text.capacity()).sum();
     println!("{bytes} bytes in {} lines wait, of {BACKLOG_BYTES}", held.len());
     assert!(bytes <= BACKLOG_BYTES && bytes > BACKLOG_BYTES / 2, "{bytes}");

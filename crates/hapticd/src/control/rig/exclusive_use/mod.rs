@@ -14,7 +14,7 @@ use crate::control::connected_device::{ConnectedDevice, no_device};
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use crate::control::rig::exclusive_use::state::{ExclusiveUse, MAX_SHARE, Work};
-use crate::telemetry::motion::Motion;
+use crate::telemetry::motion::HandleMotion;
 use haptic_ipc::{ErrorCode, JournalEntry, MAX_COMMISSION_LEASE_MS, Peer, RigState, WireError};
 use std::cell::Ref;
 
@@ -86,7 +86,7 @@ pub(in crate::control) async fn begin(
 /// Observes the handle from the newest tick on: the first answer says where it lies, before there is another tick.
 fn begin_observing(rig: &RigHandle, resolution_m: f64) {
     let mut feed = rig.feed();
-    let mut motion = Motion::new(resolution_m);
+    let mut motion = HandleMotion::new(resolution_m);
     let feed_y = feed.newest_y();
     if let Some(newest) = feed.newest() {
         motion.take(newest, feed_y);

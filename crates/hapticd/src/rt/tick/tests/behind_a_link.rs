@@ -1,7 +1,7 @@
 //! A rig with a firmware of its own: what the loop, the host's side of the link and the firmware do together.
 
 use super::*;
-use device_io::fake::{Firmware, FirmwareProperties, Hand, Misbehaviour, Motion, RigProperties};
+use device_io::fake::{Firmware, FirmwareProperties, Hand, HandMotion, Misbehaviour, RigProperties};
 use device_io::link::{DirectRig, LoopTiming};
 use haptic_core::servo::Fault;
 
@@ -11,7 +11,7 @@ const MS: u64 = 1_000_000;
 const WATCHDOG_NS: u64 = 50 * MS;
 
 fn linked_with(settings: Settings, properties: FirmwareProperties) -> Bench<DirectRig> {
-    let hand = Hand::Prescribed(Motion::Sine {
+    let hand = Hand::Prescribed(HandMotion::Sine {
         amplitude_m: 0.03,
         frequency_hz: 1.0,
     });

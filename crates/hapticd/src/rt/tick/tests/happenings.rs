@@ -18,7 +18,7 @@ enum Happening {
     /// Over a time, s: in steps or, where the law is another, fading over.
     SlowScene(usize, f64),
     /// A pulse, an excitation, or rest in the place of the scene.
-    Motion(usize),
+    HandMotion(usize),
     /// Leases lapse, or are taken again.
     Lease {
         lapses: bool,
@@ -46,7 +46,7 @@ impl Happening {
             Self::Command(Command::Engage | Command::Reset)
                 | Self::Scene(_)
                 | Self::SlowScene(..)
-                | Self::Motion(_)
+                | Self::HandMotion(_)
                 | Self::Lease { .. }
                 | Self::Control { .. }
         )
@@ -70,7 +70,7 @@ fn happening() -> impl Strategy<Value = Happening> {
         1 => Just(Happening::Stop),
         2 => (0..8_usize).prop_map(Happening::Scene),
         2 => (0..8_usize, 0.002..0.05f64).prop_map(|(which, over_s)| Happening::SlowScene(which, over_s)),
-        2 => (0..3_usize).prop_map(Happening::Motion),
+        2 => (0..3_usize).prop_map(Happening::HandMotion),
         1 => any::<bool>().prop_map(|lapses| Happening::Lease { lapses }),
         1 => any::<bool>().prop_map(|is_silent| Happening::Control { is_silent }),
         30 => tick.prop_map(|(position, after_ns)| Happening::Tick(position, after_ns)),
@@ -201,7 +201,7 @@ proptest! {
                     let ramp = CompiledScene::<f64>::ramped(&from, &newest, revision, Scheme::Exact, 1e-3, over_s);
                     bench.inbox.post(ramp.expect("both are valid"));
                 }
-                Happening::Motion(which) => {
+                Happening::HandMotion(which) => {
                     bench.inbox.post_motion(motions[which], FIRST_AXIS);
                 }
                 Happening::Lease { lapses } => {
