@@ -10,6 +10,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{fs, thread};
+use x11rb::protocol::xproto::ConnectionExt as _;
 
 /// Width and height of the usual screen, pixels: what the panel opens with.
 pub const SIZE: (usize, usize) = (1280, 800);
@@ -136,6 +137,15 @@ impl Screen {
             .env("DISPLAY", &self.display)
             .status();
         done.expect("xdotool runs").success()
+    }
+
+    /// Whether a program there offers a copy to the others.
+    pub fn offers_a_copy(&self) -> bool {
+        let (server, _) = x11rb::connect(Some(&self.display)).expect("the screen answers");
+        let clipboard = server.intern_atom(false, b"CLIPBOARD").expect("it takes requests");
+        let clipboard = clipboard.reply().expect("an atom").atom;
+        let owner = server.get_selection_owner(clipboard).expect("it takes requests");
+        owner.reply().expect("an answer").owner != x11rb::NONE
     }
 
     /// The home of the panels on it.

@@ -3,6 +3,7 @@
 use crate::one_of_two;
 use haptic_core::servo::Fault;
 use haptic_ipc::{Request, RigState, StateReply};
+use rustix::process::Signal;
 use serde_json::Value;
 use std::fs;
 use std::io::{Read, Write};
@@ -169,7 +170,8 @@ fn node_exporter_file_is_whole_readable_and_current() {
         1,
         "nothing else is left there"
     );
-    drop(daemon);
+    daemon.end(Signal::TERM);
+    assert!(!path.exists(), "nobody reports a daemon that has ended");
 }
 
 /// A program of Prometheus, if it is installed.

@@ -58,6 +58,90 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
+#[test]
+fn subjects_are_added_to_a_study_by_the_command_that_it_names() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let plan = small_plan(parent.path(), 1);
+    let [early, late] = ["early", "late"].map(|name| parent.path().join(name));
+    let subjects = |folder: &Path, count: &str| {
+        let mut arguments = study(plain(&plan), folder, &["--no-recordings"]);
+        arguments[4] = format!("--subjects={count}");
+        run(&arguments)
+    };
+    assert!(subjects(&early, "4").status.success());
+    assert!(subjects(&late, "2").status.success());
+    let command = format!("`haptic-ctl study add {} --codes 03,04` adds 03, 04\n", plain(&late));
+    is_refused("4", &subjects(&late, "4"), 2, &[&command]);
+    for (count, message) in [
+        ("1", "--subjects 1: the study has 2 subjects: 01, 02; N is"),
+        ("0", "1..=999"),
+    ] {
+        ctl_offline_refused(&["study", "add", plain(&late), "--subjects", count], 2, &[message]);
+    }
+    let added = text(&ctl_offline(&["study", "add", plain(&late), "--subjects", "4"]).stdout);
+    let first = format!(
+        "a study by simulated operators: 01, 02, 03, 04. Continue with `haptic-ctl study resume {}`",
+        plain(&late)
+    );
+    assert!(added.contains(&first) && added.contains("\n04: "), "{added}");
+    let resumed = text(&ctl_offline(&["study", "resume", plain(&late)]).stdout);
+    assert!(resumed.contains("The study is finished."), "{resumed}");
+    assert!(files(&late) == files(&early));
+
+    // Where a table gave orders, a table gives those of the new ones.
+    let people = parent.path().join("people");
+    let table = |name: &str, rows: &str| {
+        let path = parent.path().join(name);
+        fs::write(&path, format!("subject,order\n{rows}\n")).expect("written");
+        path.display().to_string()
+    };
+    let [first, more] = [
+        table("first.csv", "P1,real | baseline"),
+        table("more.csv", "P2,baseline | real"),
+    ];
+    let new = [
+        "study",
+        "new",
+        plain(&plan),
+        "--out",
+        plain(&people),
+        "--subjects-file",
+        &first,
+    ];
+    drop(ctl_offline(&new));
+    let add = ["study", "add", plain(&people)];
+    ctl_offline_refused(
+        &[&add[..], &["--codes", "P2"]].concat(),
+        2,
+        &["--subjects-file must name the new ones"],
+    );
+    let added = text(&ctl_offline(&[&add[..], &["--subjects-file", &more]].concat()).stdout);
+    assert!(added.contains("P1: real | baseline\nP2: baseline | real\n"), "{added}");
+}
+
+#[test]
+fn a_plan_that_the_analysis_cannot_use_is_refused_or_noted() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let plan = text(&ctl_offline(&["study", "plan", "perception"]).stdout);
+    let path = parent.path().join("levels.toml");
+    let levels = |levels: &str| {
+        let text = plan.replace("[0.2, 0.4, 0.6, 0.8, 1.0, 1.4, 2.0]", levels);
+        fs::write(&path, text).expect("written");
+        ["study", "plan", plain(&path)]
+    };
+    ctl_offline_refused(
+        &levels("[0.3]"),
+        2,
+        &["levels_N: different levels: 1; the analysis needs at least 3"],
+    );
+    ctl_offline_refused(&levels("[0.3, 0.3, 0.5]"), 2, &["levels_N: 0.3 N is there twice"]);
+    let noted = stderr(&ctl_offline(&levels("[30, 100, 300]")));
+    assert!(
+        noted.contains("is a valid plan") && noted.contains("is it meant in N?"),
+        "{noted}"
+    );
+}
+
 /// Bytes of rows.
 fn rows(folder: &Path) -> u64 {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();

@@ -112,7 +112,16 @@ fn a_wrong_file_is_refused_with_line_column_and_value() {
     drop(ctl_offline(&[
         "study", "new", "fitts", "--codes", "P1", "--out", &begun,
     ]));
+    let bare = file(
+        directory.path(),
+        "bare.csv",
+        "subject,case,level_N",
+        &["x,A,1".to_owned()],
+    );
+    let missing = "no column `method`, `trial`, `base_static_N`, `base_dynamic_N`, `comparison_static_N`, \
+                   `comparison_dynamic_N`, `comparison_first`, `answer`, `correct`";
     for (arguments, part) in [
+        (vec![bare.as_str()], missing),
         (vec![word.as_str()], "line 4: movement_time_s = `soon`"),
         (vec!["/nonexistent.csv"], "/nonexistent.csv"),
         (vec![begun.as_str()], "no trials: a study has them in data/"),

@@ -369,6 +369,12 @@ fn user_tunes_and_stops_rig_and_panel_outlives_daemon() {
         }
     };
     mass(0.75);
+    screen.click(MASS_FIELD);
+    screen.act(&["key", "ctrl+a"]);
+    assert!(!screen.offers_a_copy());
+    screen.act(&["key", "ctrl+c"]);
+    until("no other program can paste it", || screen.offers_a_copy());
+    screen.act(&["key", "Tab"]);
     screen.act(&["key", "ctrl+z"]);
     mass(0.5);
 

@@ -65,6 +65,22 @@ pub(crate) struct Drift {
     pub(crate) interval: [f64; 2],
 }
 
+/// `2.0 ppm faster`, or slower, and within which rates.
+impl std::fmt::Display for Drift {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (sign, word) = if self.ppm < 0.0 {
+            (-1.0, "slower")
+        } else {
+            (1.0, "faster")
+        };
+        let [mut low, mut high] = self.interval.map(|end| sign * end);
+        if low > high {
+            std::mem::swap(&mut low, &mut high);
+        }
+        write!(f, "{:.1} ppm {word}, within [{low:.1}, {high:.1}] ppm", sign * self.ppm)
+    }
+}
+
 impl Drift {
     /// The drift under which a shift grows so over a time, s; `None` where it is not certain, or too small to matter.
     pub(crate) fn of(growth: &Shift, length_s: f64) -> Option<Self> {

@@ -15,11 +15,11 @@ pub(crate) fn small_fitts() -> String {
     format!("{head}[[resistances]]{two}")
 }
 
-/// Two levels once each, and a staircase of two trials, of short intervals.
+/// Three levels once each, of short intervals.
 pub(crate) fn small_perception() -> String {
     let text = Task::Perception.built_in_plan();
     let (head, _) = text.split_once("[[tests]]\ncase = \"C\"").expect("a second test");
-    head.replace("[0.2, 0.4, 0.6, 0.8, 1.0, 1.4, 2.0]", "[0.5, 1.5]")
+    head.replace("[0.2, 0.4, 0.6, 0.8, 1.0, 1.4, 2.0]", "[0.5, 1.0, 1.5]")
         .replace("trials_per_level = 20", "trials_per_level = 1")
         .replace("practice_trials = 4", "practice_trials = 1")
         .replace("interval_s = 3 ", "interval_s = 0.8 ")

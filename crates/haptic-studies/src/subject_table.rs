@@ -118,6 +118,34 @@ impl SubjectTable {
         self.rows.iter().map(|row| row.code.clone()).collect()
     }
 
+    /// Adds the rows of subjects that it does not have. A field that one of the two lacks is empty in its rows.
+    pub(crate) fn add(&mut self, more: &Self) {
+        for name in &more.fields {
+            if !self.fields.contains(name) {
+                self.fields.push(name.clone());
+            }
+        }
+        for row in &mut self.rows {
+            row.values.resize(self.fields.len(), String::new());
+        }
+        for SubjectRow { code, order, values } in &more.rows {
+            if self.rows.iter().any(|row| row.code == *code) {
+                continue;
+            }
+            let value = |name| {
+                more.fields
+                    .iter()
+                    .position(|field| field == name)
+                    .map(|place| values[place].clone())
+            };
+            self.rows.push(SubjectRow {
+                code: code.clone(),
+                order: order.clone(),
+                values: self.fields.iter().map(|name| value(name).unwrap_or_default()).collect(),
+            });
+        }
+    }
+
     /// What of a table with free fields does not belong to the subjects of the trials, for people: a spreadsheet saves
     /// the code 01 as 1. The codes of the study, where there is one, need not have trials yet.
     #[must_use]

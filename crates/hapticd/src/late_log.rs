@@ -23,7 +23,9 @@ pub(crate) async fn watch(channel: &LoopChannel, socket: &Path) {
         ..LateLog::default()
     };
     loop {
-        let now = checks.tick().await;
+        // The time of a check that came late is not that for which it was due.
+        checks.tick().await;
+        let now = Instant::now();
         let counted = channel.feed().timing().counted();
         if let Some(line) = log.line(now, counted) {
             crate::say(&line);

@@ -150,7 +150,7 @@ fn run(config: Config, demo: bool, ends_with_input: bool) -> Result<(), Failure>
             () = manager.watch(&rig) => {}
             () = control::reload::on_signal(&rig, &manager, reloads) => {}
             () = scraped(metrics.as_ref(), &rig) => {}
-            () = metrics::keep(monitoring.file, &rig) => {}
+            () = metrics::keep(monitoring.file.clone(), &rig) => {}
             () = running.ended() => {}
             () = demo::show_status(Rc::clone(&rig)), if demo => {}
             // The demo's status line shows the same.
@@ -170,6 +170,7 @@ fn run(config: Config, demo: bool, ends_with_input: bool) -> Result<(), Failure>
             _ = tokio::time::timeout(ramp + RELEASE_GRACE, release(&rig)) => {}
         }
         let end = running.end();
+        metrics::remove(monitoring.file).await;
         if demo {
             log::show(format!("\nhapticd: {}\n", demo::status_line(&rig)));
         }

@@ -55,6 +55,12 @@ fn name_of(list: &str, id: u32) -> Option<String> {
 /// The remedy for a missing right to open a line.
 pub(crate) fn serial_permission(line: &Path) -> String {
     let found = line.metadata().ok();
+    if let Some(found) = &found
+        && line.canonicalize().is_ok_and(|node| node.starts_with("/dev/pts"))
+    {
+        let owner = name_of("/etc/passwd", found.uid()).unwrap_or_else(|| found.uid().to_string());
+        return format!("it is a pseudo-terminal of {owner}: run this program and that one as the same user");
+    }
     // A node that is root's alone is given to a group first.
     let for_group = found.filter(|found| found.gid() != 0 && found.mode() & 0o060 == 0o060);
     let group = for_group.and_then(|found| name_of("/etc/group", found.gid()));

@@ -15,14 +15,15 @@ use check::{Check, Level};
 use haptic_ipc::socket_path::{self, NamedSocket};
 use haptic_ipc::{ClientError, DevicesReply, Request, Status};
 use serde_json::{Value, json};
+use std::borrow::Cow;
 use std::path::Path;
 
 pub(crate) async fn run(socket: Option<&Path>, json: bool) -> Result<(), Failure> {
-    let checks = checks(&socket_path::for_client(socket)).await;
+    let checks = checks(&socket_path::for_client(socket), hint::addressed).await;
     if json {
         output::json(&as_json(&checks))?;
     } else {
-        show(&checks, None)?;
+        show(&checks)?;
     }
     outcome(&checks)
 }
@@ -31,12 +32,12 @@ pub(crate) async fn run(socket: Option<&Path>, json: bool) -> Result<(), Failure
 pub(crate) async fn run_all(sockets: Vec<NamedSocket>, json: bool) -> Result<(), Failure> {
     let (mut all, mut answers) = (Vec::new(), Vec::new());
     for rig in sockets {
-        let checks = checks(&rig.path).await;
+        let checks = checks(&rig.path, |text| hint::for_rig(text, &rig).into()).await;
         if json {
             answers.push(json!({ "rig": rig.name, "socket": rig.path, "doctor": as_json(&checks) }));
         } else {
             output::line(&rig.name)?;
-            show(&checks, Some(&rig))?;
+            show(&checks)?;
         }
         all.extend(checks);
     }
@@ -46,7 +47,8 @@ pub(crate) async fn run_all(sockets: Vec<NamedSocket>, json: bool) -> Result<(),
     outcome(&all)
 }
 
-async fn checks(path: &Path) -> Vec<Check> {
+/// The checks of a rig; `addressed` makes commands in a text those for this rig.
+async fn checks(path: &Path, addressed: impl Fn(&str) -> Cow<'_, str>) -> Vec<Check> {
     let mut checks = Vec::new();
     let mut status = None;
     match Daemon::connect(Some(path)).await {
@@ -81,12 +83,14 @@ async fn checks(path: &Path) -> Vec<Check> {
     }
     checks.push(machine::governor());
     checks.push(machine::isolation(status.as_ref()));
+    for check in &mut checks {
+        check.found = addressed(&check.found).into_owned();
+        check.fix = check.fix.take().map(|fix| addressed(&fix).into_owned());
+    }
     checks
 }
 
-/// Prints the checks, and their fixes as commands for this rig, where it is one of many.
-fn show(checks: &[Check], rig: Option<&NamedSocket>) -> Result<(), Failure> {
-    let addressed = |text: &str| rig.map_or(text.into(), |rig| hint::for_rig(text, rig));
+fn show(checks: &[Check]) -> Result<(), Failure> {
     for check in checks {
         let (word, style) = match check.level {
             Level::Ok => ("ok  ", GOOD),
@@ -98,10 +102,10 @@ fn show(checks: &[Check], rig: Option<&NamedSocket>) -> Result<(), Failure> {
             "{}  {}: {}",
             console::paint(word, style),
             check.check,
-            addressed(&check.found)
+            check.found
         ))?;
         if let Some(fix) = &check.fix {
-            output::line(&format!("      {}", addressed(fix)))?;
+            output::line(&format!("      {fix}"))?;
         }
     }
     Ok(())

@@ -9,14 +9,31 @@ use haptic_studies::analysis::{self, Refusal, Thresholds, Trials};
 use haptic_studies::plan::Plan;
 use haptic_studies::store::{self, StoreError};
 use haptic_studies::subject_table::SubjectTable;
+use haptic_studies::trial::{Column, FittsTrial, PerceptionTrial, Trial};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-pub(crate) const HELP: &str = "\
-A file of trials (CSV, Parquet) has the columns subject, block, resistance, condition, trial, amplitude_m, width_m, \
-end_error_m, movement_time_s and errors and, optionally, cursor_diameter_m and error_size_m; one with the column \
-level_N holds answers of a perception test. docs/how-to/study.md explains the columns, tables and figures.";
+pub(super) fn help() -> String {
+    format!(
+        "A file of trials (CSV, Parquet) has a row a trial. One with the column level_N holds answers of a perception \
+         test, any other one trials of the targeting task.\n\n\
+         Targeting: {}\n\n\
+         Perception: {}\n\n\
+         _m is in m, _s in s, _N in N, _hz in Hz. docs/how-to/study.md explains the columns, tables and figures.",
+        columns(FittsTrial::COLUMNS),
+        columns(PerceptionTrial::COLUMNS)
+    )
+}
+
+/// The columns that a file must have, and those that it may have.
+fn columns(columns: &[Column]) -> String {
+    let list = |is_required| {
+        let columns = columns.iter().filter(|column| column.is_required == is_required);
+        columns.map(|column| column.name).collect::<Vec<_>>().join(", ")
+    };
+    format!("it must have {}; it may have {}.", list(true), list(false))
+}
 
 /// Seed of the intervals: the same trials give the same ones.
 const SEED: u64 = 1;
@@ -180,4 +197,18 @@ fn show(
         output::text(&format!("note: {note}"))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_explains_every_column_of_the_help() {
+        let page = include_str!("../../../../docs/how-to/study.md");
+        for name in FittsTrial::names().chain(PerceptionTrial::names()) {
+            assert!(page.contains(&format!("`{name}`")), "{name}");
+            assert!(help().contains(name), "{name}");
+        }
+    }
 }

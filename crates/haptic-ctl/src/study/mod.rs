@@ -1,5 +1,6 @@
 //! `study`: the targeting task and the perception tests, one file a subcommand.
 
+mod add;
 mod analyse;
 mod new;
 mod plan;
@@ -15,6 +16,9 @@ pub(crate) enum Command {
     /// Make a study for people, which they do in the panel
     #[command(after_help = new::HELP)]
     New(new::Arguments),
+    /// Add subjects to a study; those that it has keep their orders and data
+    #[command(after_help = add::HELP)]
+    Add(add::Arguments),
     /// Run a whole study unattended, by simulated operators, faster than real time
     #[command(after_help = run::HELP)]
     Run(run::Arguments),
@@ -23,7 +27,7 @@ pub(crate) enum Command {
     /// Print a plan, to be changed and run
     Plan(plan::Arguments),
     /// Analyse trials: tables and figures, throughput by ISO 9241-411, thresholds
-    #[command(after_help = analyse::HELP)]
+    #[command(after_help = analyse::help())]
     Analyse(analyse::Arguments),
 }
 
@@ -37,6 +41,7 @@ pub(crate) struct Resume {
 pub(crate) async fn run(command: &Command, as_json: bool) -> Result<(), Failure> {
     match command {
         Command::New(arguments) => new::run(arguments, as_json),
+        Command::Add(arguments) => add::run(arguments, as_json),
         Command::Run(arguments) => run::run(arguments, as_json).await,
         Command::Resume(resume) => run::resume(&resume.folder, as_json).await,
         Command::Plan(arguments) => plan::run(arguments),

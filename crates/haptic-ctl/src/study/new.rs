@@ -6,9 +6,11 @@ use super::subjects::Subjects;
 use crate::failure::Failure;
 use crate::output;
 use clap::{Args, ValueHint};
+use haptic_ipc::quoted;
 use haptic_studies::order::{Order, rows};
 use haptic_studies::plan::Plan;
 use haptic_studies::store::{Study, StudyDescription};
+use haptic_studies::trial::Operator;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -41,6 +43,12 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     let subjects = arguments.subjects.table()?;
     let about = StudyDescription::people_of(&plan, &text, arguments.seed, &subjects);
     let study = Study::create_for(&arguments.out, &text, &about, &subjects).map_err(not_stored)?;
+    show(&study, as_json)
+}
+
+/// Shows who takes part, each in which order, and how the study continues.
+pub(super) fn show(study: &Study, as_json: bool) -> Result<(), Failure> {
+    let (plan, about) = (study.plan(), study.about());
     let orders = about.all_subjects().map(|subject| plan.order_of(about.seed, &subject));
     let orders: Vec<Vec<String>> = orders.collect();
     if as_json {
@@ -52,20 +60,30 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
             "seed": about.seed,
         }));
     }
+    let (who, next) = match about.operator {
+        Operator::Human => ("for people", plan::panel(about.task, study.folder())),
+        Operator::Simulated => {
+            let resume = format!("haptic-ctl study resume {}", quoted(study.folder()));
+            ("by simulated operators", resume)
+        }
+    };
     output::text(&format!(
-        "{}: a study for people: {}. Continue with `{}`.",
+        "{}: a study {who}: {}. Continue with `{next}`.",
         study.folder().display(),
-        about.subjects.join(", "),
-        plan::panel(about.task, study.folder())
+        about.subjects.join(", ")
     ))?;
     for (code, order) in about.subjects.iter().zip(&orders) {
         output::text(&format!("{code}: {}", order.join(" | ")))?;
     }
-    say_unbalanced(&plan, &about)
+    say_notes(plan, about)
 }
 
-/// Says where a Latin square is not balanced, with so many subjects or with orders that a table gave.
-pub(super) fn say_unbalanced(plan: &Plan, about: &StudyDescription) -> Result<(), Failure> {
+/// Says what of the plan may be meant otherwise, and where a Latin square is not balanced, with so many subjects or
+/// with orders that a table gave.
+pub(super) fn say_notes(plan: &Plan, about: &StudyDescription) -> Result<(), Failure> {
+    for note in plan.notes() {
+        output::text(&format!("note: {note}"))?;
+    }
     let square = (plan.order() == Order::LatinSquare).then(|| plan.ordered_names().len());
     let given = about.orders.iter().filter(|order| !order.is_empty()).count();
     let note = square.and_then(|things| unbalanced(things, about.subjects.len(), given));

@@ -21,6 +21,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if built_in(name).is_none() {
         // Beside the plan, which is often written to a file, and below it, where a person sees it.
         eprintln!("{name} is a valid plan: {}", contents(&plan));
+        for note in plan.notes() {
+            eprintln!("note: {note}");
+        }
     }
     Ok(())
 }

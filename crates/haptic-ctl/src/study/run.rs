@@ -78,7 +78,7 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
     let about = StudyDescription::simulated(&plan, &text, arguments.seed, &subjects, recordings);
     let study = Study::create_for(&arguments.out, &text, &about, &subjects).map_err(not_stored)?;
     if !as_json {
-        super::new::say_unbalanced(&plan, &about)?;
+        super::new::say_notes(&plan, &about)?;
     }
     go_on(study, &arguments.out, as_json).await
 }

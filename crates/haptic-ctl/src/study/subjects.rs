@@ -1,8 +1,9 @@
-//! Who takes part: the options that `study new` and `study run` share.
+//! Who takes part: the options that `study new`, `study run` and `study add` share.
 
 use crate::failure::Failure;
 use clap::{Args, ValueHint};
 use haptic_ipc::{quoted, regular_file};
+use haptic_studies::store::StudyDescription;
 use haptic_studies::subject::numbered_codes;
 use haptic_studies::subject_table::SubjectTable;
 use std::fmt::{self, Display, Formatter};
@@ -35,6 +36,28 @@ impl Subjects {
         let text = regular_file::read_text(path).map_err(|error| wrong(&error))?;
         SubjectTable::read(text.as_bytes()).map_err(|error| wrong(&error))
     }
+
+    /// The subjects to add to those of a study.
+    pub(super) fn new_ones(&self, about: &StudyDescription) -> Result<SubjectTable, Failure> {
+        if self.subjects_file.is_none() && !about.orders.is_empty() {
+            let why = "a table gave the orders of this study's subjects: --subjects-file must name the new ones, each \
+                       with an order, or an empty one where the plan decides";
+            return Err(Failure::Usage(why.to_owned()));
+        }
+        let mut table = self.table()?;
+        if let Some(subjects) = self.subjects {
+            let has = about.subjects.len();
+            if !table.codes().starts_with(&about.subjects) {
+                return Err(Failure::Usage(format!(
+                    "--subjects {subjects}: the study has {has} subjects: {}; N is the number that it then has, of the \
+                     codes 01, 02, ...; --codes adds subjects of other codes",
+                    about.subjects.join(", ")
+                )));
+            }
+            table.rows.drain(..has);
+        }
+        Ok(table)
+    }
 }
 
 /// The option as it was given.
@@ -56,10 +79,15 @@ mod tests {
     #[test]
     fn a_study_and_its_rehearsal_take_one_list_of_subjects() {
         let lists = [["--subjects", "2"], ["--codes", "P1,P2"], ["--subjects-file", "s.csv"]];
-        for verb in ["new", "run"] {
+        for words in [
+            &["new", "fitts", "--out", "x"][..],
+            &["run", "fitts", "--out", "x"],
+            &["add", "x"],
+        ] {
+            let verb = words[0];
             let reads = |options: &[&str]| {
-                let words = ["haptic-ctl", "study", verb, "fitts", "--out", "x"];
-                Arguments::try_parse_from([&words, options].concat()).map_err(|error| error.to_string())
+                Arguments::try_parse_from([&["haptic-ctl", "study"], words, options].concat())
+                    .map_err(|error| error.to_string())
             };
             let nobody = reads(&[]).expect_err("nobody takes part");
             assert!(lists.iter().all(|[name, _]| nobody.contains(name)), "{verb}: {nobody}");

@@ -340,5 +340,11 @@ mod tests {
         let shown = shown(&model, 80, 24);
         assert!(shown.contains("stop confirmed at tick 4711"), "{shown}");
         assert!(shown.contains("fault: the device"), "{shown}");
+        // Another client has reset and engaged it since.
+        for (state, tick, stays) in [(RigState::Faulted, 4712, true), (RigState::Engaged, 5000, false)] {
+            let event = serde_json::json!({ "state": state, "tick": tick, "revision": 1, "scene": "", "params": {} });
+            model.take(Event::State(serde_json::from_value(event).expect("an event")));
+            assert_eq!(self::shown(&model, 80, 24).contains("stop confirmed"), stays, "{state}");
+        }
     }
 }

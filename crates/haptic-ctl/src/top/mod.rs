@@ -134,7 +134,10 @@ impl Screen {
         let mut status = tokio::time::interval(STATUS_EVERY);
         loop {
             tokio::select! {
-                event = daemon.regular_event() => lock(&self.model).take(event?),
+                event = daemon.regular_event() => match event {
+                    Ok(event) => lock(&self.model).take(event),
+                    Err(failure) => return Err(lock(&self.model).lost(failure)),
+                },
                 Some(key) = self.keys.recv() => {
                     if self.key(key).is_break() {
                         return Ok(());

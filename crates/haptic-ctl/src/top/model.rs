@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::stop::NO_ANSWER_YET;
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use haptic_ipc::{DaemonMirror, Event, Request, Sample, SampleY, StateReply};
+use haptic_ipc::{DaemonMirror, Event, Request, RigState, Sample, SampleY, StateReply};
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -62,6 +62,8 @@ impl Intent {
 pub(super) struct Message {
     pub(super) text: String,
     pub(super) of: Of,
+    /// The state that it says and the tick of that: it ends with the state.
+    until: Option<(RigState, u64)>,
 }
 
 /// What a message is of.
@@ -110,6 +112,13 @@ impl Model {
 
     pub(super) fn take(&mut self, event: Event) {
         self.daemon.take_event(&event);
+        if let Event::State(now) = &event
+            && let Some((state, tick)) = self.message.as_ref().and_then(|message| message.until)
+            && now.state != state
+            && now.tick > tick
+        {
+            self.message = None;
+        }
         if let Event::Samples(samples) = event {
             self.past.extend(samples.ticks().map(|(row, y)| (*row, y.copied())));
             let newest_s = self.past.back().map_or(0.0, |(newest, _)| newest.t_s);
@@ -120,6 +129,17 @@ impl Model {
             {
                 self.past.pop_front();
             }
+        }
+    }
+
+    /// The failure with which it ends: what a motor does under force nobody knows then.
+    pub(super) fn lost(&self, failure: Failure) -> Failure {
+        match self.daemon.rig().filter(|rig| rig.state.is_live()) {
+            Some(rig) => Failure::NoRig(format!(
+                "{failure}, and the rig was {}: if the motor pulls, cut its power",
+                rig.state
+            )),
+            None => failure,
         }
     }
 
@@ -135,12 +155,15 @@ impl Model {
         } else {
             format!("{} at tick {}", reply.state, reply.tick)
         };
-        self.say(Of::Success, text);
+        let until = Some((reply.state, reply.tick));
+        let of = Of::Success;
+        self.message = Some(Message { text, of, until });
     }
 
     fn say(&mut self, of: Of, text: impl Into<String>) {
         let text = text.into();
-        self.message = Some(Message { text, of });
+        let until = None;
+        self.message = Some(Message { text, of, until });
     }
 
     /// The answer to a stop before this one is none to it.
@@ -166,7 +189,6 @@ impl Model {
         };
         let before = self.message.as_ref().map(|message| message.of);
         match of {
-            Of::StopLost => self.say(of, format!("{failure}: if the motor pulls, cut its power")),
             // What is shown says more.
             Of::Silence if matches!(before, Some(Of::StopLate | Of::StopLost)) => {}
             _ => self.say(of, failure.to_string()),

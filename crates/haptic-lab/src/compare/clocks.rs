@@ -2,7 +2,8 @@
 //!
 //! The positions show it: where the second record is late, it is behind by its velocity times the delay. A hand that
 //! moves both surfaces alike is not where both masses are: a grip gives way by the difference of the forces over its
-//! stiffness, which is one more unknown, or a stickier surface would pass for a slower clock.
+//! stiffness, less that of the velocities by its damping. Both are unknowns, or a stickier surface would pass for a
+//! slower clock. Positions, velocities and forces pass one filter, under which that stays exact.
 
 use super::align::{self, Alignment};
 use super::signal::{Signal, count_of};
@@ -123,14 +124,43 @@ fn find(first: &Signal, second: &Signal, alignment: &Alignment) -> Result<Shifts
         .ok_or(NoShift::OutOfReach)
 }
 
+/// A signal through one filter: what is equal of the positions stays so.
+struct Smooth {
+    position_m: Vec<f64>,
+    velocity_mps: Vec<f64>,
+    force_n: Vec<f64>,
+}
+
+impl Smooth {
+    fn of(signal: &Signal) -> Self {
+        let mean = |values: &[f64]| signal.mean_of(values, signal.samples_in(HALF_MEAN_S));
+        let position_m = mean(&signal.position_m);
+        let last = position_m.len() - 1;
+        let slope = |index: usize| {
+            let (before, after) = (index.saturating_sub(1), (index + 1).min(last));
+            (position_m[after] - position_m[before]) / (count_of(after - before) * signal.period_s)
+        };
+        Self {
+            velocity_mps: (0..=last).map(slope).collect(),
+            force_n: mean(&signal.force_n),
+            position_m,
+        }
+    }
+
+    /// Position, velocity and force, each by the same rule.
+    fn each(&self, value: impl Fn(&[f64]) -> f64) -> [f64; 3] {
+        [&self.position_m, &self.velocity_mps, &self.force_n].map(|values| value(values))
+    }
+}
+
 /// Samples of the time that both hold.
 struct Part<'a> {
     first: &'a Signal,
     second: &'a Signal,
     /// Times on the first clock, s.
     times: Vec<f64>,
-    first_force_n: Vec<f64>,
-    second_force_n: Vec<f64>,
+    first_smooth: Smooth,
+    second_smooth: Smooth,
     /// Position of the second less that of the first, m: small values keep their digits.
     offset_m: f64,
 }
@@ -140,11 +170,10 @@ impl<'a> Part<'a> {
         let (from_s, count) = alignment.overlap(first, second);
         let step = count.div_ceil(MAX_ROWS).max(1);
         let times = (0..count).step_by(step);
-        let mean = |signal: &Signal| signal.mean_force(signal.samples_in(HALF_MEAN_S));
         Self {
             times: times.map(|index| from_s + first.period_s * count_of(index)).collect(),
-            first_force_n: mean(first),
-            second_force_n: mean(second),
+            first_smooth: Smooth::of(first),
+            second_smooth: Smooth::of(second),
             offset_m: alignment.position_offset_m,
             first,
             second,
@@ -176,17 +205,21 @@ impl<'a> Part<'a> {
     }
 
     fn fit(&self, shift_s: f64, growth_s: f64) -> Option<Change> {
-        let (n, columns) = (self.times.len(), 4);
+        let (n, columns) = (self.times.len(), 5);
         let mut design = DMatrix::zeros(n, columns);
         let mut left = Vec::with_capacity(n);
         for (index, t) in self.times.iter().enumerate() {
             let place = self.place(index);
             let later = t + shift_s + growth_s * place;
-            let (own, other) = (self.first, self.second);
-            left.push(other.value_at(&other.position_m, later) - own.value_at(&own.position_m, *t));
-            let velocity = other.value_at(&other.velocity_mps, later);
-            let force = other.value_at(&self.second_force_n, later) - own.value_at(&self.first_force_n, *t);
-            for (column, value) in [-velocity, -velocity * place, 1.0, force].into_iter().enumerate() {
+            let (own, other) = (&self.first_smooth, &self.second_smooth);
+            let [own_m, own_mps, own_n] = own.each(|values| self.first.value_at(values, *t));
+            let [other_m, velocity, other_n] = other.each(|values| self.second.value_at(values, later));
+            left.push(other_m - own_m);
+            let (force, faster) = (other_n - own_n, velocity - own_mps);
+            for (column, value) in [-velocity, -velocity * place, 1.0, force, faster]
+                .into_iter()
+                .enumerate()
+            {
                 design[(index, column)] = value;
             }
         }
@@ -198,7 +231,7 @@ impl<'a> Part<'a> {
         };
         let found = of_columns(columns)
             .filter(|found| found.uncertainty_of(0).error < self.first.period_s)
-            .or_else(|| of_columns(columns - 1))?;
+            .or_else(|| of_columns(columns - 2))?;
         Some(Change {
             shift: (found.values[0], found.uncertainty_of(0)),
             growth: Some((found.values[1], found.uncertainty_of(1))),

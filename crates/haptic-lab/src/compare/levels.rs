@@ -242,7 +242,7 @@ fn greatest(force_n: &[f64], breakaway: &Breakaway) -> f64 {
 }
 
 fn peaks(signal: &Signal, breakaways: &[Breakaway], direction: f64) -> Vec<f64> {
-    let force_n = signal.mean_force(signal.samples_in(HALF_MEAN_S));
+    let force_n = signal.mean_of(&signal.force_n, signal.samples_in(HALF_MEAN_S));
     let that_way = breakaways.iter().filter(|breakaway| breakaway.direction == direction);
     that_way.map(|breakaway| greatest(&force_n, breakaway)).collect()
 }

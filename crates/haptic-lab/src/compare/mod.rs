@@ -172,15 +172,13 @@ fn note_clocks(comparison: &mut Comparison, aligned: &AlignedRecords) {
         comparison.intervals.insert("shift_s".to_owned(), shift.interval());
     }
     let Some(drift) = aligned.drift else { return };
-    let [low, high] = drift.interval;
     comparison.clock_drift_ppm = Some(drift.ppm);
     comparison
         .intervals
         .insert("clock_drift_ppm".to_owned(), drift.interval);
     comparison.notes.push(format!(
-        "the clock of the rendered record runs {:.1} ppm faster than the real one's, within [{low:.1}, {high:.1}] ppm: \
-         removed about the middle, where the shift is given",
-        drift.ppm
+        "beside the clock of the real record, the rendered one's runs {drift}: removed about the middle, where the \
+         shift is given"
     ));
 }
 

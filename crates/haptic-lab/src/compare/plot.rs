@@ -2,6 +2,7 @@
 
 use super::{AlignedBy, Comparison, Level};
 use crate::drawing::{Chart, Page, Table, Trace};
+use crate::identify::decimals;
 
 /// Most dots of the rendered record, which lie above those of the real one and must not hide them.
 const MAX_DOTS: usize = 700;
@@ -70,13 +71,16 @@ pub fn summary(comparison: &Comparison) -> String {
     } = comparison;
     let aligned = match comparison.shift_s {
         Some(shift) => {
-            let interval = comparison
+            let known = comparison
                 .intervals
                 .get("shift_s")
-                .map_or_else(String::new, |[low, high]| {
-                    format!(" (95 % interval {low:.5} to {high:.5} s)")
-                });
-            format!("Aligned by time, shifted by {shift:.4} s{interval}, over {overlap_s:.1} s")
+                .map(|ends| ends.map(|end_s| end_s * 1e3));
+            let shift_ms = shift * 1e3;
+            let digits = decimals(shift_ms, known.as_ref());
+            let interval = known.map_or_else(String::new, |[low, high]| {
+                format!(" (95 % interval {low:.digits$} to {high:.digits$} ms)")
+            });
+            format!("Aligned by time, shifted by {shift_ms:.digits$} ms{interval}, over {overlap_s:.1} s")
         }
         None => "Aligned by velocity".to_owned(),
     };

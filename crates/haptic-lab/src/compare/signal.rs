@@ -152,11 +152,11 @@ impl Signal {
         values[before] + share * (values[(before + 1).min(self.len() - 1)] - values[before])
     }
 
-    /// Force, as a mean over `2 half + 1` samples.
-    pub(super) fn mean_force(&self, half: usize) -> Vec<f64> {
+    /// Values of the signal, as means over `2 half + 1` samples.
+    pub(super) fn mean_of(&self, values: &[f64], half: usize) -> Vec<f64> {
         (0..self.len())
             .map(|index| {
-                let part = &self.force_n[index.saturating_sub(half)..(index + half + 1).min(self.len())];
+                let part = &values[index.saturating_sub(half)..(index + half + 1).min(self.len())];
                 part.iter().sum::<f64>() / count_of(part.len())
             })
             .collect()

@@ -24,9 +24,9 @@ mod sensor;
 pub mod study;
 
 pub use options::{Clocks, Directions, IdentifyError, Options, Record};
+pub(crate) use result::decimals;
 pub use result::{FoundValue, Identified, IdentifiedScene, Interval, ModelKind, Refusal, in_words};
 
-use crate::two_clocks::Drift;
 use grid::Even;
 use options::{Progress, without_drift};
 use presliding::Path;
@@ -86,13 +86,12 @@ pub fn identify_with_progress(
     if options.clocks == Clocks::OneFile {
         found.notes.extend(other_shift(&even, options, found.mass_kg));
     }
-    if let Some(Drift { ppm, interval }) = drift {
-        found.clock_drift_ppm = Some(ppm);
-        found.intervals.insert("clock_drift_ppm".to_owned(), interval);
+    if let Some(drift) = drift {
+        found.clock_drift_ppm = Some(drift.ppm);
+        found.intervals.insert("clock_drift_ppm".to_owned(), drift.interval);
         found.notes.push(format!(
-            "the force's clock runs {ppm:.1} ppm faster than the position's, within [{:.1}, {:.1}] ppm: removed about \
-             the middle of the record, where the shift is given",
-            interval[0], interval[1]
+            "beside the position's clock, the force's runs {drift}: removed about the middle of the record, where the \
+             shift is given"
         ));
     }
     Ok(Identification { found, even, left })

@@ -301,7 +301,7 @@ impl Identified {
 }
 
 /// Digits behind the point that the interval leaves: those of a tenth of its half width.
-fn decimals(value: f64, interval: Option<&Interval>) -> usize {
+pub(crate) fn decimals(value: f64, interval: Option<&Interval>) -> usize {
     let scale = interval.map_or(value.abs() * 1e-2, |[low, high]| (high - low) / 2.0);
     if !(scale > 0.0 && scale.is_finite()) {
         return 4;

@@ -106,10 +106,10 @@ impl Daemon {
         self.mirror.rig()
     }
 
-    /// Time for which a daemon that is connected has sent no sample, if that is too long: nobody knows what the rig
-    /// does.
+    /// Time for which a daemon has sent no sample, if that is too long: nobody knows what the rig does, also once the
+    /// connection is given up for it.
     pub(crate) fn silence(&self) -> Option<Duration> {
-        Some(self.no_sample_for).filter(|lasts| !lasts.is_zero() && self.is_connected())
+        Some(self.no_sample_for).filter(|lasts| !lasts.is_zero())
     }
 
     /// Why the numbers of the rig are not of now.
@@ -173,7 +173,6 @@ impl Daemon {
                 let (path, reason) = (path.clone(), reason.clone());
                 self.link = Link::Lost { path, reason };
                 self.refusal = None;
-                self.no_sample_for = Duration::ZERO;
                 self.stop.lose_connection();
             }
             Update::Scene(Ok(_)) => self.stick_slip = OnceCell::new(),

@@ -43,7 +43,10 @@ fn is_offered(model: &Model, page: Page) -> bool {
 }
 
 /// The message while no sample comes.
-fn silence_line(lasts: Duration) -> String {
+fn silence_line(lasts: Duration, is_connected: bool) -> String {
+    if !is_connected {
+        return "The daemon fell silent, and the rig's state is unknown: if in doubt, cut the motor's power".to_owned();
+    }
     let s = lasts.as_secs_f64();
     format!("No sample for {s:.1} s: if in doubt, cut the motor's power. Stop is still sent")
 }
@@ -73,7 +76,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         }
         if let Some(lasts) = daemon.silence() {
             let palette = Palette::of(ui);
-            let text = silence_line(lasts);
+            let text = silence_line(lasts, daemon.is_connected());
             Frame::new()
                 .fill(palette.halt)
                 .inner_margin(3)

@@ -44,6 +44,24 @@ pub enum PlanError {
     /// A list is empty.
     #[error("{0} is empty: at least one is needed")]
     Empty(&'static str),
+    /// Too few levels for a threshold.
+    #[error("{field}: different levels: {count}; the analysis needs at least {least}")]
+    FewLevels {
+        /// The field.
+        field: String,
+        /// How many there are.
+        count: usize,
+        /// How many are needed.
+        least: usize,
+    },
+    /// A level is in a list twice.
+    #[error("{field}: {level_n} N is there twice: trials_per_level says how often a level is tested")]
+    LevelTwice {
+        /// The field.
+        field: String,
+        /// The level, N.
+        level_n: f64,
+    },
     /// Something that is named nowhere.
     #[error("baseline = `{name}` is not the name of a resistance; there are {known}")]
     NoBaseline {

@@ -26,8 +26,20 @@ impl Plan {
     /// Reads a plan, and checks it.
     ///
     /// # Errors
-    /// It is not a plan, or a value of it is out of range.
+    /// It is not a plan, a value of it is out of range, or the analysis could not use its trials.
     pub fn read(text: &str) -> Result<Self, PlanError> {
+        let plan = Self::of_study(text)?;
+        if let Self::Perception(plan) = &plan {
+            plan.check_levels()?;
+        }
+        Ok(plan)
+    }
+
+    /// Reads the plan of a study that was made, maybe by an earlier version, which did not ask what the analysis needs.
+    ///
+    /// # Errors
+    /// It is not a plan, or a value of it is out of range.
+    pub(crate) fn of_study(text: &str) -> Result<Self, PlanError> {
         #[derive(Deserialize)]
         struct Head {
             task: Task,
@@ -82,6 +94,15 @@ impl Plan {
                 Some(segments * plan.trials_per_segment as usize)
             }
             Self::Perception(plan) => plan.trials(),
+        }
+    }
+
+    /// What may be meant otherwise, for people.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        match self {
+            Self::Fitts(_) => Vec::new(),
+            Self::Perception(plan) => plan.notes().collect(),
         }
     }
 
@@ -235,6 +256,24 @@ mod tests {
             ),
             (
                 perception,
+                "levels_N = [0.1, 0.2, 0.3, 0.4, 0.6, 0.9, 1.3]",
+                "levels_N = [0.1, 0.2]",
+                "tests.C.constant.levels_N: different levels: 2; the analysis needs at least 3",
+            ),
+            (
+                perception,
+                "levels_N = [0.1, 0.2, 0.3, 0.4, 0.6, 0.9, 1.3]",
+                "levels_N = []",
+                "tests.C.constant.levels_N: different levels: 0; the analysis needs at least 3",
+            ),
+            (
+                perception,
+                "levels_N = [0.1, 0.2, 0.3,",
+                "levels_N = [0.1, 0.3, 0.3,",
+                "tests.C.constant.levels_N: 0.3 N is there twice",
+            ),
+            (
+                perception,
                 "static_force = 4.0",
                 "static_force = 3.0",
                 "case B: static_force = 3 N of the base is below its dynamic_force = 3.5 N",
@@ -281,8 +320,26 @@ mod tests {
             let error = Plan::read(&changed).expect_err(message).to_string();
             assert!(error.contains(message), "{error}\n{message}");
         }
+        // A study of it may have been made before.
+        let few = perception.replace("[0.1, 0.2, 0.3, 0.4, 0.6, 0.9, 1.3]", "[0.1]");
+        assert!(Plan::read(&few).is_err() && Plan::of_study(&few).is_ok());
         // By two methods, a case is two tests.
         let both = perception.replace("case = \"B\"", "case = \"A\"");
         assert!(Plan::read(&both).is_ok_and(|plan| plan.ordered_names()[2] == "A staircase"));
+    }
+
+    #[test]
+    fn levels_that_may_be_meant_in_mn_are_noted() {
+        let notes = |was: &str, is: &str| {
+            let changed = Task::Perception.built_in_plan().replacen(was, is, 1);
+            Plan::read(&changed).expect("a plan").notes()
+        };
+        assert!(notes("", "").is_empty());
+        assert!(notes("1.4, 2.0]", "1.4, 40]").is_empty());
+        let base = "times the base's static friction of 4 N: is it meant in N?";
+        let many = format!("tests.A.constant.levels_N goes to 300 N, 75 {base}");
+        assert_eq!(notes("1.4, 2.0]", "100, 300]"), [many]);
+        let many = format!("tests.B.staircase.largest_N goes to 800 N, 200 {base}");
+        assert_eq!(notes("largest_N = 8.0", "largest_N = 800"), [many]);
     }
 }

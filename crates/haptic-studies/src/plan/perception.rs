@@ -6,6 +6,8 @@ use super::Task;
 use super::check::{PlanError, names, within};
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::{Directional, Scene};
+use haptic_lab::stats::StatsError;
+use haptic_lab::stats::psychometric::{Level, by_level, fit};
 use serde::{Deserialize, Serialize};
 
 /// Perception tests on one base surface.
@@ -209,14 +211,51 @@ impl PerceptionPlan {
         names("tests", self.test_names().iter().map(String::as_str))
     }
 
+    /// Checks that the analysis can find a threshold by each list of levels.
+    ///
+    /// # Errors
+    /// A list has too few levels, or one of them twice.
+    pub(super) fn check_levels(&self) -> Result<(), PlanError> {
+        for test in &self.tests {
+            let Some(constant) = &test.constant else { continue };
+            let field = format!("tests.{:?}.constant.levels_N", test.case);
+            // The limit is the analysis' own: so it takes answers at these levels.
+            let levels = by_level(constant.levels_n.iter().map(|level_n| (*level_n, false)));
+            if let Some(&Level { level: level_n, .. }) = levels.iter().find(|level| level.trials > 1) {
+                return Err(PlanError::LevelTwice { field, level_n });
+            }
+            if let Err(StatsError::TooFew { count, least, .. }) = fit(&levels) {
+                return Err(PlanError::FewLevels { field, count, least });
+            }
+        }
+        Ok(())
+    }
+
+    /// Levels that may be meant in another unit, for people.
+    pub(super) fn notes(&self) -> impl Iterator<Item = String> {
+        let (static_n, _) = self.base_n();
+        self.tests.iter().filter_map(move |test| {
+            let (level_n, times) = (test.easiest_n(), test.easiest_n() / static_n);
+            let field = match test.method() {
+                Method::Constant => "constant.levels_N",
+                Method::Staircase => "staircase.largest_N",
+            };
+            // Of a base without friction every level is infinitely many times that.
+            (times.is_finite() && times > MANY_TIMES).then(|| {
+                format!(
+                    "tests.{:?}.{field} goes to {level_n} N, {times:.0} times the base's static friction of {static_n} \
+                     N: is it meant in N?",
+                    test.case
+                )
+            })
+        })
+    }
+
     fn check_test(&self, test: &Test) -> Result<(), PlanError> {
         let place = format!("tests.{:?}", test.case);
         let level = |field: String, level_n| within(field, level_n, 1e-3, 1000.0, " N");
         match (&test.constant, &test.staircase) {
             (Some(constant), None) => {
-                if constant.levels_n.is_empty() {
-                    return Err(PlanError::Empty("levels_N"));
-                }
                 for (index, level_n) in constant.levels_n.iter().enumerate() {
                     level(format!("{place}.constant.levels_N[{index}]"), *level_n)?;
                 }
@@ -248,6 +287,9 @@ impl PerceptionPlan {
         })
     }
 }
+
+/// How many times the base's static friction a level is that may be meant in mN.
+const MANY_TIMES: f64 = 10.0;
 
 /// Reversals at the beginning of a staircase that do not count: it comes from far above.
 pub(crate) const DROPPED_REVERSALS: u32 = 4;

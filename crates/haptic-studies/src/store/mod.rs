@@ -124,6 +124,26 @@ impl Study {
         Ok(Self::held(folder, of_folder, hold(folder)?))
     }
 
+    /// Adds subjects after those that it has, whose codes, orders and rows stay: no order depends on who comes later.
+    ///
+    /// # Errors
+    /// One has a code that is there, or an order that is not of the plan, or a file cannot be written.
+    pub fn add(&mut self, subjects: &SubjectTable) -> Result<(), StoreError> {
+        let about = self.about.clone().with(subjects);
+        check_codes(&about.subjects)?;
+        reader::check_orders(&self.plan, &about)?;
+        let mut table = reader::subjects(&self.folder)?;
+        table.add(subjects);
+        // Whoever is in the description is a subject, so that it comes last.
+        let path = self.folder.join(STUDY);
+        let table = table.csv().map_err(io::Error::from).map_err(at(&self.folder))?;
+        replace(&self.folder.join(SUBJECTS), &path, |file| file.write_all(&table))?;
+        let text = serde_json::to_vec_pretty(&about).map_err(|error| at(&path)(error.into()))?;
+        replace(&path, &path, |file| file.write_all(&text))?;
+        self.about = about;
+        Ok(())
+    }
+
     fn held(folder: &Path, (plan, about): (Plan, StudyDescription), lock: Lock) -> Self {
         Self {
             folder: folder.to_owned(),
@@ -273,8 +293,23 @@ fn difference(folder: &Path, about: &StudyDescription) -> String {
         )
     } else {
         let differing = differing.join(" and ");
-        format!("there is another study already, which differs in {differing}; nothing is overwritten")
+        let how = how_to_add(folder, &found, about).filter(|_| differing == "subjects");
+        let how = how.unwrap_or_default();
+        format!("there is another study already, which differs in {differing}; nothing is overwritten{how}")
     }
+}
+
+/// How the study that is there gets the subjects that it lacks of the one to create; nothing where it lacks none.
+fn how_to_add(folder: &Path, found: &StudyDescription, about: &StudyDescription) -> Option<String> {
+    let new = about.subjects.iter().filter(|code| !found.subjects.contains(code));
+    let new: Vec<&str> = new.map(String::as_str).collect();
+    let has_orders = !found.orders.is_empty() || !about.orders.is_empty();
+    let option = match has_orders {
+        true => "--subjects-file FILE".to_owned(),
+        false => format!("--codes {}", new.join(",")),
+    };
+    let (who, folder) = (new.join(", "), quoted(folder));
+    (!new.is_empty()).then(|| format!("; `haptic-ctl study add {folder} {option}` adds {who}"))
 }
 
 /// What Psych-DS asks for.

@@ -40,7 +40,7 @@ pub fn read(folder: &Path) -> Result<(Plan, StudyDescription), StoreError> {
     if expected != found {
         return Err(StoreError::PlanChanged { path, expected, found });
     }
-    let plan = Plan::read(&text).map_err(|source| StoreError::Plan { path, source })?;
+    let plan = Plan::of_study(&text).map_err(|source| StoreError::Plan { path, source })?;
     check_orders(&plan, &about)?;
     Ok((plan, about))
 }

@@ -51,14 +51,20 @@ impl StudyDescription {
     /// The same, with the subjects of a table, and their orders.
     #[must_use]
     pub fn people_of(plan: &Plan, plan_text: &str, seed: u64, subjects: &SubjectTable) -> Self {
-        let has_orders = subjects.rows.iter().any(|row| !row.order.is_empty());
-        let orders = subjects.rows.iter().filter(|_| has_orders);
-        Self {
+        Self::people(plan, plan_text, seed, Vec::new()).with(subjects)
+    }
+
+    /// The same, with more subjects after those that it has.
+    #[must_use]
+    pub(super) fn with(mut self, more: &SubjectTable) -> Self {
+        if !self.orders.is_empty() || more.rows.iter().any(|row| !row.order.is_empty()) {
             // An earlier version would do them in another order.
-            version: if has_orders { VERSION } else { 1 },
-            orders: orders.map(|row| row.order.clone()).collect(),
-            ..Self::people(plan, plan_text, seed, subjects.codes())
+            self.version = VERSION;
+            self.orders.resize(self.subjects.len(), Vec::new());
+            self.orders.extend(more.rows.iter().map(|row| row.order.clone()));
         }
+        self.subjects.extend(more.codes());
+        self
     }
 
     /// A study by simulated operators.

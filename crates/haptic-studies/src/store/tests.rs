@@ -134,6 +134,111 @@ fn threads_change_nothing_and_nothing_is_overwritten() {
     }
 }
 
+/// As if all had taken part from the start: in random orders and those of a square, and those that a table gave.
+#[test]
+fn subjects_added_later_give_the_study_of_all_from_the_start() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let square = |text: String| text.replacen("order = \"random\"", "order = \"latin-square\"", 1);
+    assert_ne!(square(small_fitts()), small_fitts());
+    let names = Plan::read(&small_fitts()).expect("a plan").ordered_names();
+    let order = format!("{} | {}", names[1], names[0]);
+    let tables = [
+        SubjectTable::of_codes(&numbered_codes(4)),
+        SubjectTable::read(format!("subject,order,age\nP1,,20\nP2,,\nP3,{order},\nP4,,30\n").as_bytes())
+            .expect("a table"),
+        SubjectTable::read(format!("subject,order\nP1,{order}\nP2,\nP3,\nP4,{order}\n").as_bytes()).expect("a table"),
+    ];
+    let [plain, with_fields, with_orders] = &tables;
+    for (number, (text, all)) in [
+        (square(small_fitts()), plain),
+        (small_fitts(), with_fields),
+        (square(small_fitts()), with_orders),
+        (small_perception(), plain),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let plan = Plan::read(&text).expect("a plan");
+        let make = |name: String, subjects: &SubjectTable| {
+            let about = StudyDescription::simulated(&plan, &text, 5, subjects, number == 0);
+            let study = Study::create_for(&parent.path().join(name), &text, &about, subjects).expect("created");
+            run(&study, 2, &Progress::default()).expect("run");
+            study
+        };
+        let whole = relative(make(format!("{number} all"), all).folder());
+        for first in 1..test_run::extent(3, 4) {
+            let [mut before, mut later] = [all.clone(), all.clone()];
+            later.rows.drain(..first);
+            before.rows.truncate(first);
+            let mut study = make(format!("{number} {first}"), &before);
+            let begun = relative(study.folder());
+            study.add(&later).expect("added");
+            let changed = ["study.json", "subjects.csv"];
+            let added = relative(study.folder());
+            assert_eq!(added.len(), begun.len());
+            for (path, bytes) in &begun {
+                assert!(
+                    added[path] == *bytes || changed.iter().any(|name| path == Path::new(name)),
+                    "{path:?}"
+                );
+            }
+            run(&study, 2, &Progress::default()).expect("run");
+            let found = relative(study.folder());
+            assert!(found.keys().eq(whole.keys()), "{:?}", found.keys());
+            for (path, bytes) in &found {
+                assert!(whole[path] == *bytes, "study {number} of {first} and others: {path:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn added_subjects_need_new_codes_the_lock_and_the_plans_orders() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let folder = parent.path().join("study");
+    let text = small_fitts();
+    let mut study = Study::create(&folder, &text, &about(&text, 1, false)).expect("created");
+    let open = Study::open(&folder).expect_err("it is open").to_string();
+    assert!(open.ends_with("another program is running this study"), "{open}");
+    // What people write into the table stays, also of a subject who is added after it.
+    let written = "subject;handedness\n01;left\n03;right\n";
+    fs::write(folder.join("subjects.csv"), written).expect("written");
+    let begun = relative(&folder);
+    for (rows, message) in [
+        ("02", "subject `02`: duplicate code (case is ignored)"),
+        ("03\n03", "subject `03`: duplicate code (case is ignored)"),
+        ("a b", "subject `a b`: a code has 1 to 32 letters"),
+        ("03,golf", "subject 03: order = `golf` is not a permutation"),
+    ] {
+        let heading = if rows.contains(',') { "subject,order" } else { "subject" };
+        let table = SubjectTable::read(format!("{heading}\n{rows}\n").as_bytes()).expect("a table");
+        let error = study.add(&table).expect_err(message).to_string();
+        assert!(error.starts_with(message), "{error}");
+        assert!(relative(&folder) == begun);
+    }
+    let more = SubjectTable::read(b"subject,age\n03,20\n04,30\n").expect("a table");
+    study.add(&more).expect("added");
+    let table = fs::read_to_string(folder.join("subjects.csv")).expect("a table");
+    assert_eq!(table, "subject,handedness,age\n01,left,\n03,right,\n04,,30\n");
+    assert_eq!(read(&folder).expect("a study").1, *study.about());
+    assert_eq!(study.about().subjects, numbered_codes(4));
+
+    // Who asks for more subjects than there are is told how to add them.
+    let six = SubjectTable::of_codes(&numbered_codes(6));
+    let plan = study.plan();
+    let create = |about: &StudyDescription| Study::create(&folder, &text, about).expect_err("taken").to_string();
+    let error = create(&StudyDescription::simulated(plan, &text, 1, &six, false));
+    let adds = format!("; `haptic-ctl study add {} --codes 05,06` adds 05, 06", quoted(&folder));
+    assert!(error.ends_with(&adds), "{error}");
+    for about in [
+        about(&text, 1, false),
+        StudyDescription::simulated(plan, &text, 2, &six, false),
+    ] {
+        let error = create(&about);
+        assert!(error.ends_with("nothing is overwritten"), "{error}");
+    }
+}
+
 /// The rows up to any byte, as a program that was killed leaves them, lead to the same study.
 #[test]
 fn a_row_that_was_cut_off_is_done_again() {

@@ -1,6 +1,6 @@
 //! Rows as CSV.
 
-use super::row::{OutOfRange, Trial};
+use super::row::{Column, OutOfRange, Trial};
 use csv::DeserializeErrorKind;
 use haptic_motion::text::decoded;
 use std::io::Write;
@@ -14,14 +14,10 @@ pub enum TrialError {
     /// It is not text.
     #[error("neither a table of text nor of Parquet")]
     NotText,
-    /// A required column is missing.
-    #[error("no column `{column}`{}", in_another_unit(column, .found.as_deref()))]
-    NoColumn {
-        /// Its name.
-        column: &'static str,
-        /// A column of the same quantity in another unit, where there is one.
-        found: Option<String>,
-    },
+    /// Required columns are missing: their names, each with that of a column of the same quantity in another unit,
+    /// where there is one.
+    #[error("no column {}", list(.0))]
+    NoColumns(Vec<(&'static str, Option<String>)>),
     /// A cell is not what its column holds.
     #[error("line {line}: {column} = `{value}`: {why}")]
     Cell {
@@ -60,13 +56,15 @@ pub fn read<T: Trial>(bytes: &[u8]) -> Result<Vec<T>, TrialError> {
     if header.iter().all(str::is_empty) {
         return Err(TrialError::Empty);
     }
-    for column in T::COLUMNS.iter().filter(|column| column.is_required) {
-        let column = column.name;
-        if !header.iter().any(|found| found == column) {
-            let found = header.iter().find(|found| is_other_unit(column, found));
-            let found = found.map(str::to_owned);
-            return Err(TrialError::NoColumn { column, found });
-        }
+    let required = T::COLUMNS.iter().filter(|column| column.is_required);
+    let missing = required.filter(|column| !header.iter().any(|found| found == column.name));
+    let missing = missing.map(|&Column { name, .. }| {
+        let found = header.iter().find(|found| is_other_unit(name, found));
+        (name, found.map(str::to_owned))
+    });
+    let missing: Vec<_> = missing.collect();
+    if !missing.is_empty() {
+        return Err(TrialError::NoColumns(missing));
     }
     let mut trials = Vec::new();
     for record in reader.records() {
@@ -158,9 +156,14 @@ fn is_other_unit(column: &str, found: &str) -> bool {
     rest.is_some_and(|rest| rest.is_empty() || (rest.starts_with('_') && !rest[1..].contains('_')))
 }
 
-fn in_another_unit(column: &str, found: Option<&str>) -> String {
-    let unit = column.rsplit('_').next().unwrap_or_default();
-    found.map_or_else(String::new, |found| format!(", but `{found}`: convert it to {unit}"))
+fn list(columns: &[(&'static str, Option<String>)]) -> String {
+    let one = |(column, found): &(&str, Option<String>)| {
+        let unit = column.rsplit('_').next().unwrap_or_default();
+        let found = found.as_ref();
+        let found = found.map_or_else(String::new, |found| format!(" (but `{found}`: convert it to {unit})"));
+        format!("`{column}`{found}")
+    };
+    columns.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 fn wrong_cell(line: u64, header: &csv::StringRecord, record: &csv::StringRecord, error: csv::Error) -> TrialError {

@@ -122,7 +122,9 @@ fn a_wrong_file_is_refused_by_line_column_value_and_limit() {
         assert_eq!(error.to_string(), message);
     }
     let error = read::<FittsTrial>(&b"subject,block\n1,2\n"[..]).expect_err("columns are missing");
-    assert_eq!(error.to_string(), "no column `resistance`");
+    let message = "no column `resistance`, `condition`, `trial`, `amplitude_m`, `width_m`, `end_error_m`, \
+                   `movement_time_s`, `errors`";
+    assert_eq!(error.to_string(), message);
     for (bytes, message) in [
         (&b""[..], "it is empty: its first line must name the columns"),
         (b"PK\0\0\x08", "neither a table of text nor of Parquet"),
@@ -132,7 +134,7 @@ fn a_wrong_file_is_refused_by_line_column_value_and_limit() {
     }
     let in_mm = ELSEWHERE.replace("width_m", "width_mm");
     let error = read::<FittsTrial>(in_mm.as_bytes()).expect_err("another unit");
-    let message = "no column `width_m`, but `width_mm`: convert it to m";
+    let message = "no column `width_m` (but `width_mm`: convert it to m)";
     assert_eq!(error.to_string(), message);
 }
 

@@ -12,6 +12,9 @@ use std::time::Duration;
 /// Time between two writings.
 const PERIOD: Duration = Duration::from_secs(5);
 
+/// Timeout of the removal.
+const REMOVAL_TIMEOUT: Duration = Duration::from_millis(200);
+
 /// Keeps the file up to date for ever. A disk that hangs holds up one thread, and nobody else.
 pub(crate) async fn keep(path: Option<PathBuf>, rig: &RigHandle) {
     let Some(path) = path.map(Arc::new) else {
@@ -37,5 +40,15 @@ pub(crate) async fn keep(path: Option<PathBuf>, rig: &RigHandle) {
             say(&format!("cannot write the metrics to {}: {why}", path.display()));
         }
         worked = failed.is_none();
+    }
+}
+
+/// Removes the file at the daemon's end: a collector would go on to report its last state. A disk that hangs delays
+/// the end by this at most.
+pub(crate) async fn remove(path: Option<PathBuf>) {
+    if let Some(path) = path {
+        let disk = Workers::new("metrics", 1);
+        // What is left has the time of its last writing.
+        drop(disk.run(REMOVAL_TIMEOUT, move || std::fs::remove_file(path)).await);
     }
 }

@@ -6,7 +6,7 @@ mod families;
 mod file;
 mod http;
 
-pub(crate) use file::keep;
+pub(crate) use file::{keep, remove};
 pub(crate) use http::{MetricsError, Server};
 
 use crate::control::RigHandle;

@@ -50,7 +50,7 @@ static_force = 4.0
 dynamic_force = 3.5
 "#;
 
-/// One case with one trial.
+/// One case with a trial at each of three levels.
 const SURFACES: &str = r#"
 task = "perception"
 name = "one question"
@@ -69,8 +69,8 @@ dynamic_force = 3.5
 [[tests]]
 case = "A"
 [tests.constant]
-levels_N = [1.0]
-trials_per_level = 2
+levels_N = [1.0, 1.5, 2.0]
+trials_per_level = 1
 "#;
 
 const PATIENCE: Duration = Duration::from_secs(30);
