@@ -1,6 +1,6 @@
 //! A simulation, as arrays.
 
-use haptic_lab::simulate::{Row, Simulation as LabSimulation};
+use haptic_lab::simulate::{SimulatedRow, Simulation as LabSimulation};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
@@ -15,7 +15,7 @@ type Contacts<'py> = Bound<'py, PyArray1<i8>>;
 impl Simulation {
     /// The columns of numbers, in the order of `hapticd_core.Simulation`.
     fn numbers<'py>(&self, py: Python<'py>) -> Vec<Numbers<'py>> {
-        let columns: [fn(&Row) -> f64; 6] = [
+        let columns: [fn(&SimulatedRow) -> f64; 6] = [
             |row| row.device.t_s,
             |row| row.device.position_m,
             |row| row.device.velocity_mps,

@@ -181,6 +181,7 @@ faults! {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.code())?;
         f.write_str(match self {
             Self::Jump => "the position jumped: as no hand moves it, or beyond the acceleration limit",
             Self::Stale => "the device sent no new sample for too long",
@@ -190,23 +191,23 @@ impl fmt::Display for Fault {
                  loop was late, and `haptic-ctl status` what the link lost"
             }
             Self::CommandsIgnored => {
-                "commands_ignored: the device sends samples, and for as long as its watchdog waits it has confirmed no \
+                "the device sends samples, and for as long as its watchdog waits it has confirmed no \
                  command"
             }
             Self::CommandsLate => {
-                "commands_late: a command took longer than stale-ms and a sample period to the device and back: the \
+                "a command took longer than stale-ms and a sample period to the device and back: the \
                  line or the device carries less than the loop sends"
             }
             Self::Device(code) => return write!(f, "the device reports: {code}"),
-            Self::DeviceClock(error) => return write!(f, "device_clock: the device's time cannot be right: {error}"),
-            Self::StopButton => "stop_button: the rig's own stop button was pressed",
-            Self::Stalled => "stalled: the loop stood still for longer than stale-ms while force flowed",
+            Self::DeviceClock(error) => return write!(f, "the device's time cannot be right: {error}"),
+            Self::StopButton => "the rig's own stop button was pressed",
+            Self::Stalled => "the loop stood still for longer than stale-ms while force flowed",
             Self::ControlLost => {
-                "control_lost: no stop could be received: the machine gave the control thread no time, it hung, or nobody could \
+                "no stop could be received: the machine gave the control thread no time, it hung, or nobody could \
                  reach its socket; the force was let down; `haptic-ctl doctor` checks the machine and the socket"
             }
             Self::StillEnabled => {
-                "still_enabled: the device has not switched its motor off 100 ms after it was told to: cut its power"
+                "the device has not switched its motor off 100 ms after it was told to: cut its power"
             }
             Self::NonFiniteForce => "the force computed was not a finite number",
             Self::NonFinitePosition => "the device reported a position that is not a finite number",

@@ -33,7 +33,7 @@ pub(crate) fn show_question(ui: &mut Ui, closing: &mut Closing, intents: &mut Ve
     if *closing == Closing::WhenReleased {
         ui.label(RichText::new("The window closes when the force is off").color(color));
     } else {
-        ui.label(RichText::new("The rig is engaged, and would stay so without this window").color(color));
+        ui.label(RichText::new("The rig would stay engaged").color(color));
         if ui.button("Release and close").clicked() {
             *closing = Closing::WhenReleased;
             intents.push(Intent::Release);
