@@ -392,7 +392,7 @@ fn differing_surfaces_pass_for_no_shift_and_no_drift() {
             drifts += usize::from(found.clock_drift_ppm.is_some());
         }
     }
-    // Of intervals of 95 %, four of 25 are wide of it once in 30 times.
-    assert!(covered + 3 >= pairs, "{covered} of {pairs}");
+    // Of 25 intervals of 95 %, one or two are wide of it.
+    assert!(covered + 2 >= pairs, "{covered} of {pairs}");
     assert!(drifts <= 1, "{drifts} of {pairs}");
 }
