@@ -76,7 +76,7 @@ fn an_error_of_the_device_is_reported_with_code_and_detail() {
 
     rig.fail("error 3 4711");
     let reported = wait_for_state(&mut client, RigState::Faulted);
-    let words = "the device reports: its motor or amplifier fails (code 3, detail 4711 = 0x1267)";
+    let words = "device: the device reports: its motor or amplifier fails (code 3, detail 4711 = 0x1267)";
     assert_eq!(reported.fault.as_deref(), Some(words));
     let error = link(&reported).last_error.clone().expect("there is one");
     assert!(error.message.contains("code 3, detail 4711"), "{error:?}");
