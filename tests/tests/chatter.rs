@@ -252,3 +252,19 @@ fn the_first_look_breaks_no_bound() {
     assert!(broken.is_empty(), "{broken:?}");
     wait_for_state(&mut daemon.client(), RigState::Engaged);
 }
+
+/// A program that lowers the one that is named would be refused again.
+#[test]
+fn no_parameter_is_named_where_two_must_change() {
+    let daemon = Daemon::start(&LIGHT);
+    daemon.ctl_ok(&["scene", "load", "light-block"]);
+    daemon.ctl_ok(&["engage", "--wait"]);
+    let mut client = daemon.client();
+    let error = refused(
+        &mut client,
+        Request::set([("B".to_owned(), 1000.0)].into_iter().collect()),
+    );
+    assert_eq!(error.code, ErrorCode::WouldChatter, "{error}");
+    assert!(error.message.contains(" and damping = "), "{error}");
+    assert_eq!((error.param.as_deref(), error.unit.as_deref()), (None, Some("1/s")));
+}

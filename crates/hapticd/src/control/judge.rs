@@ -180,8 +180,10 @@ fn stiffest_on(basis: &TrialBasis) -> Option<Coupling> {
 fn refusal(what: &str, scene: &Scene, basis: &TrialBasis, worst: &Trial, gentler: Option<&Gentler>) -> WireError {
     let message = format!("cannot {what}: {}; {}", what_it_does(basis, worst), remedy(gentler));
     let error = WireError::new(ErrorCode::WouldChatter, message);
-    let first = gentler.and_then(|changes| changes.first());
-    match first.and_then(|(key, most)| Some((key, scene.value(key.parameter)?.greatest(), most))) {
+    // Where only two together pass, one of them alone would be refused again.
+    let only = gentler.filter(|changes| changes.len() == 1);
+    let only = only.and_then(|changes| changes.first());
+    match only.and_then(|(key, most)| Some((key, scene.value(key.parameter)?.greatest(), most))) {
         Some((key, value, most)) => {
             let unit = key.parameter.info().unit;
             error.about(key.to_string()).within(value, 0.0, *most, unit)
