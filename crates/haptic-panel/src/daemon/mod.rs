@@ -173,6 +173,10 @@ impl Daemon {
                 let (path, reason) = (path.clone(), reason.clone());
                 self.link = Link::Lost { path, reason };
                 self.refusal = None;
+                // Nobody sees what becomes of a motor's force.
+                if self.rig().is_some_and(|rig| rig.state.is_live()) && !self.takes_hand() {
+                    self.no_sample_for = self.no_sample_for.max(Duration::from_millis(1));
+                }
                 self.stop.lose_connection();
             }
             Update::Scene(Ok(_)) => self.stick_slip = OnceCell::new(),

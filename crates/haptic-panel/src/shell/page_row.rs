@@ -45,7 +45,7 @@ fn is_offered(model: &Model, page: Page) -> bool {
 /// The message while no sample comes.
 fn silence_line(lasts: Duration, is_connected: bool) -> String {
     if !is_connected {
-        return "The daemon fell silent, and the rig's state is unknown: if in doubt, cut the motor's power".to_owned();
+        return "The daemon is lost, and the rig's state is unknown: if in doubt, cut the motor's power".to_owned();
     }
     let s = lasts.as_secs_f64();
     format!("No sample for {s:.1} s: if in doubt, cut the motor's power. Stop is still sent")

@@ -358,8 +358,18 @@ fn a_daemon_without_samples_is_grey_on_every_page() {
         assert!(panel.query_by_label_contains("No sample for").is_none());
         panel.get_by_label("Not connected");
         // Nobody knows any better than before.
-        panel.get_by_label_contains("fell silent, and the rig's state is unknown: if in doubt, cut the motor's power");
+        panel.get_by_label_contains("is lost, and the rig's state is unknown: if in doubt, cut the motor's power");
         assert!(opacity(&panel, "Overruns 0") < 255, "{page:?}");
+    }
+}
+
+#[test]
+fn a_daemon_that_dies_under_force_leaves_the_rig_unknown() {
+    for (state, is_unknown) in [(RigState::Engaged, true), (RigState::Idle, false)] {
+        let mut panel = connected(state);
+        lose_the_daemon(&mut panel);
+        let advice = panel.query_by_label_contains("is lost, and the rig's state is unknown");
+        assert_eq!(advice.is_some(), is_unknown, "{state}");
     }
 }
 
