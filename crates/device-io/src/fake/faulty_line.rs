@@ -248,8 +248,7 @@ fn opened(place: &Place) -> io::Result<Option<Port>> {
 fn requests() -> mpsc::Receiver<String> {
     let (asks, asked) = mpsc::channel();
     // Threads inherit what is blocked; where nothing can be, a signal ends the program as it is.
-    let mut ends = SigSet::empty();
-    ends.extend([Signal::SIGHUP, Signal::SIGINT, Signal::SIGTERM]);
+    let ends = SigSet::from_iter([Signal::SIGHUP, Signal::SIGINT, Signal::SIGTERM]);
     if ends.thread_block().is_ok() {
         let asks = asks.clone();
         std::thread::spawn(move || while ends.wait().is_ok() && asks.send("quit".to_owned()).is_ok() {});

@@ -200,6 +200,7 @@ impl Theme {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::failure::Failure;
     use haptic_ipc::{
         Bucket, Event, RigState, Sample, SampleY, SamplesEvent, StateEvent, StateReply, Timing, TimingHistogram,
         TimingWindow,
@@ -340,11 +341,19 @@ mod tests {
         let shown = shown(&model, 80, 24);
         assert!(shown.contains("stop confirmed at tick 4711"), "{shown}");
         assert!(shown.contains("fault: the device"), "{shown}");
-        // Another client has reset and engaged it since.
-        for (state, tick, stays) in [(RigState::Faulted, 4712, true), (RigState::Engaged, 5000, false)] {
+        let enter = |model: &mut Model, state: RigState, tick: u64| {
             let event = serde_json::json!({ "state": state, "tick": tick, "revision": 1, "scene": "", "params": {} });
             model.take(Event::State(serde_json::from_value(event).expect("an event")));
-            assert_eq!(self::shown(&model, 80, 24).contains("stop confirmed"), stays, "{state}");
-        }
+            self::shown(model, 80, 24)
+        };
+        assert!(enter(&mut model, RigState::Faulted, 4712).contains("stop confirmed"));
+        // Another client has reset and engaged it since, and then released it.
+        assert!(!enter(&mut model, RigState::Engaged, 5000).contains("stop confirmed"));
+        model.refused(
+            super::super::model::Intent::Engage,
+            &Failure::Halted("cannot engage".to_owned()),
+        );
+        assert!(enter(&mut model, RigState::Engaged, 5001).contains("cannot engage"));
+        assert!(!enter(&mut model, RigState::Releasing, 6000).contains("cannot engage"));
     }
 }

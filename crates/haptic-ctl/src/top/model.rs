@@ -62,8 +62,8 @@ impl Intent {
 pub(super) struct Message {
     pub(super) text: String,
     pub(super) of: Of,
-    /// The state that it says and the tick of that: it ends with the state.
-    until: Option<(RigState, u64)>,
+    /// The state of the rig in which it was said.
+    state: Option<RigState>,
 }
 
 /// What a message is of.
@@ -112,13 +112,10 @@ impl Model {
 
     pub(super) fn take(&mut self, event: Event) {
         self.daemon.take_event(&event);
-        if let Event::State(now) = &event
-            && let Some((state, tick)) = self.message.as_ref().and_then(|message| message.until)
-            && now.state != state
-            && now.tick > tick
-        {
-            self.message = None;
-        }
+        let state = self.state();
+        // What is said of a silent daemon ends with its answer, anything else with the state.
+        self.message
+            .take_if(|message| message.state != state && !message.is_of_silence());
         if let Event::Samples(samples) = event {
             self.past.extend(samples.ticks().map(|(row, y)| (*row, y.copied())));
             let newest_s = self.past.back().map_or(0.0, |(newest, _)| newest.t_s);
@@ -155,15 +152,17 @@ impl Model {
         } else {
             format!("{} at tick {}", reply.state, reply.tick)
         };
-        let until = Some((reply.state, reply.tick));
-        let of = Of::Success;
-        self.message = Some(Message { text, of, until });
+        self.say(Of::Success, text);
+    }
+
+    fn state(&self) -> Option<RigState> {
+        self.daemon.rig().map(|rig| rig.state)
     }
 
     fn say(&mut self, of: Of, text: impl Into<String>) {
         let text = text.into();
-        let until = None;
-        self.message = Some(Message { text, of, until });
+        let state = self.state();
+        self.message = Some(Message { text, of, state });
     }
 
     /// The answer to a stop before this one is none to it.

@@ -10,6 +10,7 @@ use super::signal::{Signal, count_of};
 use super::{CompareError, Side};
 use crate::identify::Record;
 use crate::robust_fit;
+use crate::smoothing::slope;
 use crate::two_clocks::{self, Change, Drift, NoShift, Shift, Shifts, stands_out};
 use nalgebra::DMatrix;
 
@@ -135,13 +136,8 @@ impl Smooth {
     fn of(signal: &Signal) -> Self {
         let mean = |values: &[f64]| signal.mean_of(values, signal.samples_in(HALF_MEAN_S));
         let position_m = mean(&signal.position_m);
-        let last = position_m.len() - 1;
-        let slope = |index: usize| {
-            let (before, after) = (index.saturating_sub(1), (index + 1).min(last));
-            (position_m[after] - position_m[before]) / (count_of(after - before) * signal.period_s)
-        };
         Self {
-            velocity_mps: (0..=last).map(slope).collect(),
+            velocity_mps: slope(&position_m, 1, signal.period_s),
             force_n: mean(&signal.force_n),
             position_m,
         }

@@ -106,10 +106,15 @@ impl Daemon {
         self.mirror.rig()
     }
 
-    /// Time for which a daemon has sent no sample, if that is too long: nobody knows what the rig does, also once the
-    /// connection is given up for it.
+    /// Time for which a daemon has sent no sample, if that is too long, also once the connection is given up for it.
     pub(crate) fn silence(&self) -> Option<Duration> {
         Some(self.no_sample_for).filter(|lasts| !lasts.is_zero())
+    }
+
+    /// Whether nobody knows what the rig does: its daemon is silent, or is lost and had force on a motor.
+    pub(crate) fn is_rig_unknown(&self) -> bool {
+        let had_force = || self.mirror.last_rig().is_some_and(|rig| rig.state.is_live()) && !self.takes_hand();
+        self.silence().is_some() || !self.is_connected() && had_force()
     }
 
     /// Why the numbers of the rig are not of now.
@@ -173,10 +178,6 @@ impl Daemon {
                 let (path, reason) = (path.clone(), reason.clone());
                 self.link = Link::Lost { path, reason };
                 self.refusal = None;
-                // Nobody sees what becomes of a motor's force.
-                if self.rig().is_some_and(|rig| rig.state.is_live()) && !self.takes_hand() {
-                    self.no_sample_for = self.no_sample_for.max(Duration::from_millis(1));
-                }
                 self.stop.lose_connection();
             }
             Update::Scene(Ok(_)) => self.stick_slip = OnceCell::new(),

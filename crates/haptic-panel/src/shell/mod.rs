@@ -61,7 +61,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     close_question::take_wish(ui, model);
     Panel::top("pages").show(ui, |ui| page_row::show(ui, model, &mut intents));
     let page_area = ui.available_rect_before_wrap();
-    if model.daemon.silence().is_some() && !model.view.shows_recording(&model.tapes) {
+    if model.daemon.is_rig_unknown() && !model.view.shows_recording(&model.tapes) {
         // What follows shows the rig as it was. It can still be used.
         ui.multiply_opacity(theme::STALE_OPACITY);
     }

@@ -42,13 +42,12 @@ fn is_offered(model: &Model, page: Page) -> bool {
     page != Page::Plane || model.has_plane() || model.view.page == page
 }
 
-/// The message while no sample comes.
-fn silence_line(lasts: Duration, is_connected: bool) -> String {
-    if !is_connected {
-        return "The daemon is lost, and the rig's state is unknown: if in doubt, cut the motor's power".to_owned();
+/// The message while nobody knows what the rig does: no sample comes for so long, or its daemon is lost.
+fn unknown_line(silence: Option<Duration>) -> String {
+    match silence.map(|lasts| lasts.as_secs_f64()) {
+        Some(s) => format!("No sample for {s:.1} s: if in doubt, cut the motor's power. Stop is still sent"),
+        None => "The daemon is lost, and the rig's state is unknown: if in doubt, cut the motor's power".to_owned(),
     }
-    let s = lasts.as_secs_f64();
-    format!("No sample for {s:.1} s: if in doubt, cut the motor's power. Stop is still sent")
 }
 
 /// Shows the row. Its height is the same with and without a message, so that nothing below it moves.
@@ -74,9 +73,9 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             close_question::show_question(ui, &mut view.closing, intents);
             return;
         }
-        if let Some(lasts) = daemon.silence() {
+        if daemon.is_rig_unknown() {
             let palette = Palette::of(ui);
-            let text = silence_line(lasts, daemon.is_connected());
+            let text = unknown_line(daemon.silence().filter(|_| daemon.is_connected()));
             Frame::new()
                 .fill(palette.halt)
                 .inner_margin(3)

@@ -19,7 +19,7 @@ use super::error::{check_count, check_finite};
 use likelihood::best;
 
 /// Levels below which three parameters cannot be found.
-const MIN_LEVELS: usize = 3;
+pub const MIN_LEVELS: usize = 3;
 
 /// Answers joined by level, the lowest first.
 #[must_use]
