@@ -29,8 +29,7 @@ pub struct SubjectThreshold {
     /// Why there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<Reason>,
-    /// Its intervals, N. Absent where the answers jump at a level: they are as far apart as the levels, however many
-    /// answers there are.
+    /// Its intervals, N. Absent where the answers do not bound them: they jump at a level, or hardly rise.
     pub intervals: Option<Bootstrap>,
     /// The mean of the reversals, N, where the levels are a staircase's.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -41,7 +40,7 @@ pub struct SubjectThreshold {
 }
 
 impl SubjectThreshold {
-    /// Width of the fitted function, N. Absent where the answers jump at a level: any narrower one fits as well.
+    /// Width of the fitted function, N. Absent where the answers do not bound it.
     pub(super) fn width_n(&self) -> Option<f64> {
         self.intervals.as_ref().and(self.fit).map(|fit| fit.width)
     }
@@ -202,6 +201,11 @@ fn at_bounds(case: &CaseAnalysis) -> Vec<String> {
                  and the threshold is near that level, the only one tested there, so that it has no interval",
                 nearest.level
             ));
+        } else if found.intervals.is_none() {
+            notes.push(format!(
+                "{of}: the answers get so little better with the level that they bound neither threshold nor width: \
+                 neither has an interval"
+            ));
         }
         if fit.is_lapse_at_bound() {
             notes.push(format!(
@@ -337,9 +341,7 @@ fn threshold(subject: Option<&str>, subjects: &[Vec<&PerceptionTrial>], seed: u6
     SubjectThreshold {
         subject: subject.map(str::to_owned),
         trials: subjects.iter().map(Vec::len).sum(),
-        intervals: fit
-            .filter(|fit| !fit.is_step(&levels))
-            .map(|fit| bootstrap_clusters(&by_subject(), &fit, DRAWS, seed)),
+        intervals: fit.and_then(|fit| bootstrap_clusters(&by_subject(), &fit, DRAWS, seed)),
         levels,
         fit,
         refused,

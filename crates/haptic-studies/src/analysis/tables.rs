@@ -307,14 +307,14 @@ pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> 
         Some((_, known)) => known.push(cells),
         None => reasons.push((reason.to_owned(), vec![cells])),
     };
-    const JUMP: &str = "neither interval nor width, as the answers jump at a level";
+    const OPEN: &str = "neither interval nor width, as the answers do not bound them: they jump at a level, or hardly rise";
     for case in &analysis.cases {
         let name = format!("{:?} {}", case.case, case.method.name());
         let (own, of): (&[SubjectThreshold], _) = if table == "jnd" {
             match case.jnd_n {
                 None => add("no subject's threshold is determined", name.clone()),
                 Some(mean) if mean.count == 1 => add("one subject has no interval of a mean", name.clone()),
-                Some(mean) if mean.interval.is_none() => add(JUMP, name.clone()),
+                Some(mean) if mean.interval.is_none() => add(OPEN, name.clone()),
                 Some(_) => {}
             }
             (std::slice::from_ref(&case.pooled), "pooled".to_owned())
@@ -329,7 +329,7 @@ pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> 
             if let Some(why) = &one.refused {
                 add(&why.reason, cells);
             } else if one.intervals.is_none() {
-                add(JUMP, cells);
+                add(OPEN, cells);
             }
         }
         if case.method == Method::Constant {

@@ -1,8 +1,10 @@
 //! How sure a fit is: answers are drawn again, fitted again, and the fits' scatter is the interval (Efron and
-//! Tibshirani 1993; Wichmann and Hill 2001, part II).
+//! Tibshirani 1993; Wichmann and Hill 2001, part II). Drawn answers that jump between two levels are fitted by any
+//! threshold between them, and their fits scatter too little: the interval also holds every threshold that the answers
+//! themselves do not exclude (the profile likelihood, Venzon and Moolgavkar 1988).
 
-use super::function::{Level, Psychometric};
-use super::likelihood::best;
+use super::function::{Level, Psychometric, WIDTHS};
+use super::likelihood::{Held, best, best_of, span};
 use crate::stats::CONFIDENCE;
 use crate::stats::mean::{quantile, student_t};
 use fastrand::Rng;
@@ -17,7 +19,7 @@ pub enum Resampling {
     Nonparametric,
 }
 
-/// The 95 % intervals of a fit, from percentiles of the fits to drawn answers.
+/// The 95 % intervals of a fit: percentiles of the fits to drawn answers, and what the answers do not exclude.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bootstrap {
     /// Interval of the threshold, in the unit of the levels. Where no level is below zero it does not go below zero.
@@ -31,9 +33,21 @@ pub struct Bootstrap {
     pub draws: usize,
 }
 
-/// Draws answers and fits them, `draws` times (at least 1). The same seed gives the same intervals.
+/// Draws answers and fits them, `draws` times (at least 1). The same seed gives the same intervals. Absent where the
+/// answers do not bound threshold and width: they jump at a level, or chance explains that they rise.
 #[must_use]
-pub fn bootstrap(levels: &[Level], fit: &Psychometric, resampling: Resampling, draws: usize, seed: u64) -> Bootstrap {
+pub fn bootstrap(
+    levels: &[Level],
+    fit: &Psychometric,
+    resampling: Resampling,
+    draws: usize,
+    seed: u64,
+) -> Option<Bootstrap> {
+    if fit.is_step(levels) {
+        return None;
+    }
+    let threshold = not_excluded(levels, fit, Held::Threshold)?;
+    let width = not_excluded(levels, fit, Held::Width)?;
     let shares: Vec<f64> = levels
         .iter()
         .map(|level| match resampling {
@@ -51,14 +65,14 @@ pub fn bootstrap(levels: &[Level], fit: &Psychometric, resampling: Resampling, d
     let worse = fits.iter().filter(|one| one.deviance >= fit.deviance).count();
     #[expect(clippy::cast_precision_loss, reason = "a count of draws")]
     let worse_fits = worse as f64 / fits.len() as f64;
-    let [low, high] = percentiles(&fits, |one| one.threshold);
-    let floor = floor(levels);
-    Bootstrap {
-        threshold_interval: [low.max(floor), high.max(floor)],
-        width_interval: percentiles(&fits, |one| one.width),
+    let joined = |[low, high]: [f64; 2], [least, most]: [f64; 2]| [low.min(least), high.max(most)];
+    let threshold = joined(percentiles(&fits, |one| one.threshold), threshold);
+    Some(Bootstrap {
+        threshold_interval: threshold.map(|end| end.max(floor(levels))),
+        width_interval: joined(percentiles(&fits, |one| one.width), width),
         worse_fits,
         draws: fits.len(),
-    }
+    })
 }
 
 /// The intervals of a fit to the answers of several subjects, the levels of each: subjects are drawn, as those who
@@ -68,11 +82,11 @@ pub fn bootstrap(levels: &[Level], fit: &Psychometric, resampling: Resampling, d
 /// Few subjects differ less among themselves than among many: the percentiles' distances from the fit grow by
 /// `sqrt(n / (n - 1))`, and by Student's t over that of many subjects (Hesterberg 2015).
 #[must_use]
-pub fn bootstrap_clusters(subjects: &[Vec<Level>], fit: &Psychometric, draws: usize, seed: u64) -> Bootstrap {
+pub fn bootstrap_clusters(subjects: &[Vec<Level>], fit: &Psychometric, draws: usize, seed: u64) -> Option<Bootstrap> {
     let levels = joined(subjects);
-    let alone = bootstrap(&levels, fit, Resampling::Parametric, draws, seed);
+    let alone = bootstrap(&levels, fit, Resampling::Parametric, draws, seed)?;
     if subjects.len() < 2 {
-        return alone;
+        return Some(alone);
     }
     let fits = fits(fit, draws, seed, |random| {
         joined(subjects.iter().map(|_| &subjects[random.usize(..subjects.len())]))
@@ -84,11 +98,11 @@ pub fn bootstrap_clusters(subjects: &[Vec<Level>], fit: &Psychometric, draws: us
         let [least, most] = percentiles(&fits, of).map(|end| of(fit) + growth * (end - of(fit)));
         [low.min(least).max(floor), high.max(most)]
     };
-    Bootstrap {
+    Some(Bootstrap {
         threshold_interval: wider(alone.threshold_interval, |one| one.threshold, floor(&levels)),
         width_interval: wider(alone.width_interval, |one| one.width, 0.0),
         ..alone
-    }
+    })
 }
 
 /// Degrees of freedom at which Student's t is that of a normal distribution.
@@ -111,6 +125,39 @@ fn percentiles(fits: &[Psychometric], of: fn(&Psychometric) -> f64) -> [f64; 2] 
     let mut values: Vec<f64> = fits.iter().map(of).collect();
     values.sort_by(f64::total_cmp);
     [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)].map(|share| quantile(&values, share))
+}
+
+/// The values of a parameter with which the answers are not so much less likely, whatever the others are, that chance
+/// does not explain it. Absent where they have no end.
+fn not_excluded(levels: &[Level], fit: &Psychometric, held: Held) -> Option<[f64; 2]> {
+    /// What the deviance of the truth exceeds the least one by in 5 % of all answers (chi squared of one degree).
+    const CHANCE: f64 = 3.841;
+    /// How far from the fit to look: every 1/16 extent of the levels, and then ever farther. Of a width the distance is
+    /// that of the logarithms.
+    const NEAR: i32 = 24;
+    const FAR: [f64; 6] = [2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
+    let [_, extent] = span(levels);
+    let value = |away: f64| match held {
+        Held::Threshold => fit.threshold + away * extent,
+        Held::Width => (fit.width * away.exp()).max(WIDTHS[0] * extent),
+    };
+    let is_likely = |away: f64| best_of(levels, held, value(away)).deviance < fit.deviance + CHANCE;
+    let end = |side: f64| {
+        let near = (0..=NEAR).map(|step| f64::from(step) / 16.0);
+        let places: Vec<f64> = near.chain(FAR).map(|away| side * away).collect();
+        let last = places.iter().rposition(|away| is_likely(*away)).unwrap_or(0);
+        // A jump is a width as good as any: only its upper end is an end.
+        let Some(beyond) = places.get(last + 1) else {
+            return (held == Held::Width && side < 0.0).then(|| value(places[last]));
+        };
+        let (mut inside, mut outside) = (places[last], *beyond);
+        for _ in 0..12 {
+            let middle = 0.5 * (inside + outside);
+            *(if is_likely(middle) { &mut inside } else { &mut outside }) = middle;
+        }
+        Some(value(inside))
+    };
+    Some([end(-1.0)?, end(1.0)?])
 }
 
 /// What a threshold is not below: zero, where no level is.

@@ -29,6 +29,15 @@ struct Problem<'a> {
     log_sigma: [f64; 2],
     /// The lapse, where it is not fitted.
     lapse: Option<f64>,
+    /// What else is not fitted.
+    held: Option<Held>,
+}
+
+/// A parameter that stays where a search begins, while the others are fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Held {
+    Threshold,
+    Width,
 }
 
 impl Problem<'_> {
@@ -100,12 +109,16 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
         let mut jacobian = DMatrix::zeros(self.levels.len(), self.values.len());
         let (sigma, rise) = (self.sigma(), 1.0 - GUESS - self.lapse());
         let is_bounded = !(self.log_sigma[0]..=self.log_sigma[1]).contains(&self.values[1]);
+        let has_slope = [
+            self.held != Some(Held::Threshold),
+            self.held != Some(Held::Width) && !is_bounded,
+        ];
         for (level, mut row) in self.levels.iter().zip(jacobian.row_iter_mut()) {
             let z = (level.level - self.values[0]) / sigma;
             let density = (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
             let slope = self.residual(level).1;
-            row[0] = -slope * rise * density / sigma;
-            row[1] = if is_bounded { 0.0 } else { -slope * rise * density * z };
+            row[0] = if has_slope[0] { -slope * rise * density / sigma } else { 0.0 };
+            row[1] = if has_slope[1] { -slope * rise * density * z } else { 0.0 };
             if self.lapse.is_none() {
                 row[2] = -slope * normal_cdf(z) * MAX_LAPSE * (2.0 * self.values[2]).sin();
             }
@@ -114,8 +127,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 }
 
-/// The best function: from the lowest places of a grid, and from a start where there is one. The lapse is fitted, and
-/// also held at either bound, where the angle of the solver has no slope.
+/// The best function: from the lowest places of a grid, and from a start where there is one.
 pub(super) fn best(levels: &[Level], start: Option<&Psychometric>) -> Psychometric {
     let levels: Vec<Level> = levels.iter().filter(|level| level.trials > 0).copied().collect();
     let [_, extent] = span(&levels);
@@ -124,10 +136,29 @@ pub(super) fn best(levels: &[Level], start: Option<&Psychometric>) -> Psychometr
         starts.truncate(STARTS_BESIDE_ONE);
         starts.push([start.threshold, start.width]);
     }
+    likeliest(&levels, extent, starts, None)
+}
+
+/// The likeliest function of this threshold, or of this width.
+pub(super) fn best_of(levels: &[Level], held: Held, value: f64) -> Psychometric {
+    let [_, extent] = span(levels);
+    let mut starts: Vec<[f64; 2]> = match held {
+        Held::Threshold => GRID_WIDTHS.map(|share| [value, share * extent]).to_vec(),
+        Held::Width => thresholds_of_grid(levels, value).map(|threshold| [threshold, value]).collect(),
+    };
+    let deviance_of = |[threshold, width]: &[f64; 2]| grid_deviance(levels, *threshold, *width);
+    starts.sort_by(|a, b| deviance_of(a).total_cmp(&deviance_of(b)));
+    starts.truncate(STARTS_BESIDE_ONE);
+    likeliest(levels, extent, starts, Some(held))
+}
+
+/// The likeliest of the functions that are found from some starts. The lapse is fitted, and also held at either bound,
+/// where the angle of the solver has no slope.
+fn likeliest(levels: &[Level], extent: f64, starts: Vec<[f64; 2]>, held: Option<Held>) -> Psychometric {
+    let starts = starts.into_iter();
     starts
-        .into_iter()
         .flat_map(|start| [None, Some(0.0), Some(MAX_LAPSE)].map(|lapse| (start, lapse)))
-        .map(|(start, lapse)| solved(&levels, extent, start, lapse))
+        .map(|(start, lapse)| solved(levels, extent, start, lapse, held))
         .min_by(|a, b| a.deviance.total_cmp(&b.deviance))
         .unwrap_or(Psychometric {
             threshold: f64::NAN,
@@ -138,7 +169,7 @@ pub(super) fn best(levels: &[Level], start: Option<&Psychometric>) -> Psychometr
 }
 
 /// Lowest level and extent.
-fn span(levels: &[Level]) -> [f64; 2] {
+pub(super) fn span(levels: &[Level]) -> [f64; 2] {
     let (low, high) = levels.iter().fold((f64::MAX, f64::MIN), |(low, high), one| {
         (low.min(one.level), high.max(one.level))
     });
@@ -159,35 +190,11 @@ const STARTS_BESIDE_ONE: usize = 3;
 /// Threshold and width where the deviance of a grid is least, for each width, the best first: the likelihood of few
 /// answers has several tops, and one that is narrow stands at a level.
 fn lowest_of_grid(levels: &[Level]) -> Vec<[f64; 2]> {
-    let [low, extent] = span(levels);
-    let deviance_of = |threshold: f64, width: f64| -> f64 {
-        let at = |lapse: f64| -> f64 {
-            let function = Psychometric {
-                threshold,
-                width,
-                lapse,
-                deviance: 0.0,
-            };
-            let of = |level: &Level| {
-                let correct = function.probability(level.level);
-                deviance(level, correct, 1.0 - correct)
-            };
-            levels.iter().map(of).sum()
-        };
-        GRID_LAPSES.into_iter().map(at).fold(f64::INFINITY, f64::min)
-    };
+    let [_, extent] = span(levels);
     let mut starts = Vec::with_capacity(GRID_WIDTHS.len() * STARTS_OF_WIDTH);
     for width in GRID_WIDTHS.map(|share| share * extent) {
-        let even =
-            (-GRID_STEPS / 2..=3 * GRID_STEPS / 2).map(|step| low + extent * f64::from(step) / f64::from(GRID_STEPS));
-        // A function that is narrower than the grid is fine can only rise at a level, a little before or after it.
-        let narrow = levels
-            .iter()
-            .filter(|_| width * f64::from(GRID_STEPS) < extent)
-            .flat_map(|level| [-0.25, 0.0, 0.25].map(|share| level.level + share * width));
-        let mut found: Vec<(f64, f64)> = even
-            .chain(narrow)
-            .map(|threshold| (deviance_of(threshold, width), threshold))
+        let mut found: Vec<(f64, f64)> = thresholds_of_grid(levels, width)
+            .map(|threshold| (grid_deviance(levels, threshold, width), threshold))
             .collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         found.dedup_by(|a, b| (a.1 - b.1).abs() < width);
@@ -198,7 +205,43 @@ fn lowest_of_grid(levels: &[Level]) -> Vec<[f64; 2]> {
     starts.into_iter().map(|(_, start)| start).collect()
 }
 
-fn solved(levels: &[Level], extent: f64, [threshold, width]: [f64; 2], lapse: Option<f64>) -> Psychometric {
+fn thresholds_of_grid(levels: &[Level], width: f64) -> impl Iterator<Item = f64> {
+    let [low, extent] = span(levels);
+    let even = (-GRID_STEPS / 2..=3 * GRID_STEPS / 2)
+        .map(move |step| low + extent * f64::from(step) / f64::from(GRID_STEPS));
+    // A function that is narrower than the grid is fine can only rise at a level, a little before or after it.
+    let narrow = levels
+        .iter()
+        .filter(move |_| width * f64::from(GRID_STEPS) < extent)
+        .flat_map(move |level| [-0.25, 0.0, 0.25].map(|share| level.level + share * width));
+    even.chain(narrow)
+}
+
+/// The least deviance of a threshold and a width among the lapses of the grid.
+fn grid_deviance(levels: &[Level], threshold: f64, width: f64) -> f64 {
+    let at = |lapse: f64| -> f64 {
+        let function = Psychometric {
+            threshold,
+            width,
+            lapse,
+            deviance: 0.0,
+        };
+        let of = |level: &Level| {
+            let correct = function.probability(level.level);
+            deviance(level, correct, 1.0 - correct)
+        };
+        levels.iter().map(of).sum()
+    };
+    GRID_LAPSES.into_iter().map(at).fold(f64::INFINITY, f64::min)
+}
+
+fn solved(
+    levels: &[Level],
+    extent: f64,
+    [threshold, width]: [f64; 2],
+    lapse: Option<f64>,
+    held: Option<Held>,
+) -> Psychometric {
     let log_sigma = WIDTHS.map(|share| (share * extent / DEVIATIONS_IN_WIDTH).ln());
     let mut values = vec![
         threshold,
@@ -212,6 +255,7 @@ fn solved(levels: &[Level], extent: f64, [threshold, width]: [f64; 2], lapse: Op
         values: DVector::from_vec(values),
         log_sigma,
         lapse,
+        held,
     };
     let (problem, _) = LevenbergMarquardt::new().with_patience(30).minimize(problem);
     Psychometric {

@@ -31,18 +31,59 @@ fn the_interval_holds_what_psignifit_finds() {
     // psignifit 4.3 gives the threshold 0.3602 with the 95 % interval 0.236 to 0.427, under its priors.
     let found = fit(&worked()).expect("a fit");
     for resampling in [Resampling::Parametric, Resampling::Nonparametric] {
-        let interval = bootstrap(&worked(), &found, resampling, 200, 1);
+        let interval = bootstrap(&worked(), &found, resampling, 200, 1).expect("intervals");
         let [low, high] = interval.threshold_interval;
         assert!(low < 0.3548 && 0.3602 < high, "{interval:?}");
         assert!(
             (low - 0.236).abs() < 0.06 && (high - 0.427).abs() < 0.04,
             "{interval:?}"
         );
-        assert_eq!(interval, bootstrap(&worked(), &found, resampling, 200, 1));
-        assert_ne!(interval, bootstrap(&worked(), &found, resampling, 200, 2));
+        assert_eq!(Some(interval), bootstrap(&worked(), &found, resampling, 200, 1));
+        assert_ne!(Some(interval), bootstrap(&worked(), &found, resampling, 200, 2));
     }
     // The data lie nearer to a smooth function than chance would have them.
-    assert!(bootstrap(&worked(), &found, Resampling::Parametric, 200, 1).worse_fits > 0.3);
+    let intervals = bootstrap(&worked(), &found, Resampling::Parametric, 200, 1).expect("intervals");
+    assert!(intervals.worse_fits > 0.3);
+}
+
+/// Levels that are twice as large each, and a function that rises between two of them: drawn answers often jump.
+#[test]
+fn the_interval_of_far_levels_holds_truth_and_fit() {
+    let levels = [0.2, 0.4, 0.8, 1.6];
+    let mut random = Rng::with_seed(5);
+    let (mut all, mut held) = (0, 0);
+    for (threshold, width) in [(0.5, 0.5), (1.0, 0.8)] {
+        let truth = Psychometric {
+            threshold,
+            width,
+            lapse: 0.02,
+            deviance: 0.0,
+        };
+        for set in 0..40 {
+            let answers = levels.map(|level| Level {
+                level,
+                trials: 20,
+                correct: (0..20).map(|_| u32::from(random.f64() < truth.probability(level))).sum(),
+            });
+            let Ok(found) = fit(&answers) else { continue };
+            let Some(intervals) = bootstrap(&answers, &found, Resampling::Parametric, 40, set) else {
+                continue;
+            };
+            let [low, high] = intervals.threshold_interval;
+            assert!(low <= found.threshold && found.threshold <= high, "{found:?} {intervals:?}");
+            all += 1;
+            held += u32::from(low <= threshold && threshold <= high);
+        }
+    }
+    // From percentiles alone, half of them do.
+    assert!(all >= 25 && 10 * held >= 9 * all, "{held} of {all}");
+}
+
+#[test]
+fn an_interval_without_an_end_is_none() {
+    let answers = answered(10, [(0.2, 5), (0.4, 6), (0.8, 7), (1.6, 8)]);
+    let found = fit(&answers).expect("a fit");
+    assert_eq!(bootstrap(&answers, &found, Resampling::Parametric, 40, 1), None);
 }
 
 /// 2000 answers at each of 16 levels.
@@ -221,7 +262,8 @@ fn of_scale(scale: f64) -> Psychometric {
 /// The fit to the answers of so many subjects, and its intervals.
 fn together(subjects: &[Vec<Level>], draws: usize) -> (Psychometric, Bootstrap) {
     let fitted = best(&bootstrap::joined(subjects), None);
-    (fitted, bootstrap_clusters(subjects, &fitted, draws, 1))
+    let intervals = bootstrap_clusters(subjects, &fitted, draws, 1).expect("intervals");
+    (fitted, intervals)
 }
 
 #[test]
@@ -255,7 +297,7 @@ fn the_same_answers_under_new_codes_say_little_more() {
     assert!((1.1..most * 1.2).contains(&ratio), "{ratio}");
     // One subject's interval is that of its answers.
     let (fitted, alone) = together(&eight[..1], 100);
-    assert_eq!(alone, bootstrap(&eight[0], &fitted, Resampling::Parametric, 100, 1));
+    assert_eq!(Some(alone), bootstrap(&eight[0], &fitted, Resampling::Parametric, 100, 1));
 }
 
 proptest! {

@@ -25,7 +25,8 @@ fn answers_of_unlike_subjects_are_no_independent_answers() {
     let found = perception(&of_subjects(&[early, late]), None, 1).expect("an analysis");
     let pooled = &found.cases[0].pooled;
     let fit = pooled.fit.expect("a fit");
-    let independent = bootstrap(&pooled.levels, &fit, Resampling::Parametric, 100, 1).threshold_interval;
+    let independent = bootstrap(&pooled.levels, &fit, Resampling::Parametric, 100, 1).expect("intervals");
+    let independent = independent.threshold_interval;
     let interval = pooled.intervals.expect("intervals").threshold_interval;
     assert!(
         width(interval) > 2.0 * width(independent),
