@@ -191,8 +191,13 @@ fn a_stop_that_a_hung_daemon_does_not_confirm_says_so() {
     bring_to(&mut client, RigState::Engaged);
     top.wait_for("engaged", |screen| screen.contains("ENGAGED"));
     process::signal(daemon.pid(), Signal::STOP);
+    // Before anybody presses anything.
+    top.wait_for("the silence", |screen| {
+        screen.contains("no word from the daemon for 0.5 s: if the motor pulls, cut its power")
+            && screen.contains("ENGAGED, last")
+    });
     top.type_in(" ");
-    let shown = top.wait_for("the alarm", |screen| screen.contains("cut its power"));
+    let shown = top.wait_for("the alarm", |screen| screen.contains("no answer yet"));
     assert!(
         shown.contains("ENGAGED, last") && !shown.contains("confirmed"),
         "{shown}"

@@ -1,15 +1,22 @@
 //! `haptic-ctl wait`, and the waiting of `engage` and `release`.
 
 use haptic_ipc::{Client, quoted};
+use rustix::process::Signal;
 use std::process::{Child, Command, Stdio};
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, status, stderr, text, wait_for};
+use system_tests::{Daemon, binary, process, status, stderr, text, wait_for};
 
 /// Waits in the background; returns when the daemon serves it.
 fn waiting(daemon: &Daemon, client: &mut Client, condition: &str) -> Child {
+    begun(daemon, client, &["wait", "--timeout", "30s", "--until", condition])
+}
+
+/// A subcommand in the background, once the daemon serves it.
+fn begun(daemon: &Daemon, client: &mut Client, arguments: &[&str]) -> Child {
     let before = status(client).clients;
     let child = Command::new(binary("haptic-ctl"))
-        .args(["wait", "--timeout", "30s", "--until", condition, "--socket"])
+        .args(arguments)
+        .arg("--socket")
         .arg(daemon.socket())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -76,6 +83,31 @@ fn wait_exits_5_on_timeout_and_3_when_daemon_goes() {
     daemon.ctl_refused(&late, 5, "within 1 s; the rig is idle");
     drop(daemon);
     assert_eq!(ended(engaged).0, Some(3));
+}
+
+// hazard: H4
+#[test]
+fn whoever_waits_on_a_hung_daemon_is_told() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let forever = [
+        begun(&daemon, &mut client, &["wait", "--until", "state=engaged"]),
+        begun(&daemon, &mut client, &["log", "--follow"]),
+    ];
+    let within = ["wait", "--until", "state=engaged", "--timeout", "1s"];
+    let briefly = begun(&daemon, &mut client, &within);
+    process::signal(daemon.pid(), Signal::STOP);
+    let (code, said) = ended(briefly);
+    assert_eq!(code, Some(5), "{said}");
+    assert!(
+        said.contains("does not answer: if the motor pulls, cut its power"),
+        "{said}"
+    );
+    for child in forever {
+        let (code, said) = ended(child);
+        assert!(code == Some(5) && said.contains("has not answered"), "{code:?} {said}");
+    }
+    process::signal(daemon.pid(), Signal::CONT);
 }
 
 #[test]

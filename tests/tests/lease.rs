@@ -1,6 +1,6 @@
 //! A lease: the rig is released when the client that holds it dies or falls silent.
 
-use haptic_ipc::{Client, LeaseReply, Request, RigState, StateReply};
+use haptic_ipc::{Client, LeaseReply, Request, RigState, StateChange, StateReply};
 use serde_json::json;
 use std::time::{Duration, Instant};
 use system_tests::{Daemon, LIGHT_BLOCK, journal, pause, stalled, status, until_some, wait_for, wait_for_state};
@@ -70,6 +70,11 @@ fn journal_attributes_release_to_lease_or_client_not_button() {
     engage(&mut watcher);
     drop(dies);
     releases(&mut watcher, 1);
+    // A lapse that finds no force is no release.
+    let mut idle = daemon.client();
+    lease(&mut idle, 60_000);
+    drop(idle);
+    wait_for(&mut watcher, "the lapse", |status| status.leases == 0);
     engage(&mut watcher);
     lease(&mut falls_silent, 100);
     releases(&mut watcher, 2);
@@ -85,6 +90,14 @@ fn journal_attributes_release_to_lease_or_client_not_button() {
             (None, true)
         ]
     );
+    // Also where the loop has seen the lapse before the control side.
+    for entry in journal(&mut watcher).iter().filter(|entry| entry.op == "release") {
+        let change = StateChange {
+            before: RigState::Engaged,
+            after: RigState::Idle,
+        };
+        assert!(entry.tick.is_some() && entry.state == Some(change), "{entry:?}");
+    }
 }
 
 #[test]

@@ -2,12 +2,14 @@
 
 use crate::failure::Failure;
 use haptic_ipc::{AsyncClient, ClientError, Event, Hello, LeaseReply, MAX_COMMISSION_LEASE_MS, Request, socket_path};
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use std::path::Path;
 use std::time::Duration;
 
 /// How long an answer may take before the daemon counts as hung.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
+/// How long it may be quiet before it is asked whether it is there.
+const QUIET: Duration = Duration::from_secs(1);
 
 /// A connection.
 pub(crate) struct Daemon {
@@ -54,15 +56,34 @@ impl Daemon {
         begun
     }
 
-    /// Waits for the next event, however long. Safe to drop half-way.
+    /// Waits for the next event, for as long as the daemon answers. Safe to drop half-way.
     pub(crate) async fn next_event(&mut self) -> Result<Event, Failure> {
-        Ok(self.client.next_event().await?)
+        loop {
+            match tokio::time::timeout(QUIET, self.client.next_event()).await {
+                Ok(event) => return Ok(event?),
+                Err(_) => drop(self.ask::<IgnoredAny>(are_you_there()).await?),
+            }
+        }
+    }
+
+    /// Whether it answers within a time.
+    pub(crate) async fn answers_within(&mut self, time: Duration) -> bool {
+        let asked = self.client.request::<IgnoredAny>(are_you_there());
+        tokio::time::timeout(time, asked).await.is_ok()
     }
 
     /// Waits for the next event of a subscription that brings one each second. Safe to drop
     /// half-way.
     pub(crate) async fn regular_event(&mut self) -> Result<Event, Failure> {
         in_time(self.client.next_event()).await
+    }
+}
+
+/// What costs a daemon the least to answer.
+const fn are_you_there() -> Request {
+    Request::Log {
+        after: None,
+        limit: Some(0),
     }
 }
 

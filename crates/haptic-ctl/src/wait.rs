@@ -4,7 +4,7 @@ use crate::condition::{self, Condition, Observations};
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::units::duration;
-use crate::{complete, output, progress};
+use crate::{complete, output, progress, stop};
 use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{Event, Request, SubscribeReply, Timing, Topic};
 use std::time::{Duration, Instant};
@@ -99,6 +99,9 @@ async fn wait(daemon: &mut Daemon, condition: &Condition, timeout: Option<Durati
             Ok(ended) => ended?,
             Err(_) => {
                 let found = match &known.state {
+                    _ if !daemon.answers_within(stop::ALARM).await => {
+                        "; the daemon does not answer: if the motor pulls, cut its power".to_owned()
+                    }
                     Some(state) => format!("; the rig is {}, revision {}", state.state, state.revision),
                     None => String::new(),
                 };

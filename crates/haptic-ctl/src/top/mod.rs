@@ -98,6 +98,8 @@ struct Screen {
     /// Stops so far.
     stops: Arc<AtomicU64>,
     status_pending: bool,
+    /// An event has come since the status was last due.
+    has_event: bool,
 }
 
 impl Screen {
@@ -126,6 +128,7 @@ impl Screen {
             answers,
             stops,
             status_pending: false,
+            has_event: false,
         })
     }
 
@@ -135,7 +138,10 @@ impl Screen {
         loop {
             tokio::select! {
                 event = daemon.regular_event() => match event {
-                    Ok(event) => lock(&self.model).take(event),
+                    Ok(event) => {
+                        self.has_event = true;
+                        lock(&self.model).take(event);
+                    }
                     Err(failure) => return Err(lock(&self.model).lost(failure)),
                 },
                 Some(key) = self.keys.recv() => {
@@ -146,6 +152,9 @@ impl Screen {
                 Some(answer) = self.answers.recv() => self.answer(answer),
                 _ = status.tick() => if !self.status_pending {
                     self.status_pending = self.asking.try_send((Intent::Look, 0)).is_ok();
+                } else if !std::mem::take(&mut self.has_event) {
+                    lock(&self.model).silent(STATUS_EVERY);
+                    self.picture.draw_now();
                 },
                 failure = self.picture.failed() => return Err(failure),
                 failure = signals.received() => return Err(failure),

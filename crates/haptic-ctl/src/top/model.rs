@@ -6,6 +6,7 @@ use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use haptic_ipc::{DaemonMirror, Event, Request, RigState, Sample, SampleY, StateReply};
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// Samples a second that are shown, Hz.
 pub(super) const RATE_HZ: f64 = 50.0;
@@ -186,11 +187,27 @@ impl Model {
             Failure::NoAnswer(_) => Of::Silence,
             _ => Of::Refusal,
         };
-        let before = self.message.as_ref().map(|message| message.of);
-        match of {
-            // What is shown says more.
-            Of::Silence if matches!(before, Some(Of::StopLate | Of::StopLost)) => {}
-            _ => self.say(of, failure.to_string()),
+        if of == Of::Silence {
+            self.say_silent(failure.to_string());
+        } else {
+            self.say(of, failure.to_string());
+        }
+    }
+
+    /// The daemon has neither answered nor reported anything for a time.
+    pub(super) fn silent(&mut self, time: Duration) {
+        let text = format!(
+            "no word from the daemon for {} s: if the motor pulls, cut its power",
+            time.as_secs_f64()
+        );
+        self.say_silent(text);
+    }
+
+    fn say_silent(&mut self, text: String) {
+        let shown = self.message.as_ref().map(|message| message.of);
+        // What is shown of a stop says more.
+        if !matches!(shown, Some(Of::StopLate | Of::StopLost)) {
+            self.say(Of::Silence, text);
         }
     }
 

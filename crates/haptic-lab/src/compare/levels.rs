@@ -1,5 +1,6 @@
 //! Levels of friction by direction: while sliding, and where a pull sets off.
 
+use super::error::Side;
 use super::signal::{Signal, count_of};
 use haptic_motion::median::middle;
 use serde::Serialize;
@@ -15,7 +16,7 @@ const FASTEST_SHARE: f64 = 0.95;
 /// stretched, 0.2 mm for 2 N at 25 N/mm after a turn.
 const BREAKAWAY_M: f64 = 5e-4;
 const BREAKAWAY_S: f64 = 1.0;
-/// Fastest breakaway that counts, m/s: beyond it the peak is inertia's.
+/// Fastest breakaway that counts, m/s, at the peak of the force: beyond it the peak is inertia's.
 const SLOW_MPS: f64 = 0.01;
 /// Half the time over which the force is averaged where its peak is looked for, s: a sensor's noise
 /// has peaks of its own.
@@ -67,14 +68,6 @@ fn level(real_n: f64, rendered_n: f64, count: usize) -> Level {
         difference_n,
         difference_percent: 100.0 * difference_n / real_n.abs(),
         count,
-    }
-}
-
-/// What a record must hold for a level, for people.
-pub(super) fn what_it_takes(name: &str) -> &'static str {
-    match name {
-        "sliding" => "both records have to slide that way for 50 ms or longer",
-        _ => "both records have to rest for 50 ms, and then be pulled that way at 1 mm/s or slower",
     }
 }
 
@@ -192,14 +185,17 @@ pub(super) fn sliding_at_common_speeds(curve: &[Bin]) -> Levels {
 /// A slow pull that sets off: its samples from the rest on, and its direction.
 #[derive(Clone, Debug)]
 struct Breakaway {
-    samples: std::ops::Range<usize>,
     direction: f64,
+    /// The greatest force, N, along its direction.
+    peak_n: f64,
 }
 
 /// The breakaways of a signal.
 fn breakaways(signal: &Signal) -> Vec<Breakaway> {
     let rest_m = (1.5 * signal.step_m).max(1e-6);
     let (rest, longest) = (signal.samples_in(MIN_S), signal.samples_in(BREAKAWAY_S));
+    let half_mean = signal.samples_in(HALF_MEAN_S);
+    let force_n = signal.mean_of(&signal.force_n, half_mean);
     let mut found = Vec::new();
     let mut begin = 0;
     while begin < signal.len() {
@@ -216,16 +212,23 @@ fn breakaways(signal: &Signal) -> Vec<Breakaway> {
         let end = (leaves..latest)
             .find(|index| away(index).abs() > BREAKAWAY_M)
             .unwrap_or(latest);
-        let is_slow = signal.velocity_mps[leaves..end]
-            .iter()
-            .all(|velocity| velocity.abs() < SLOW_MPS);
+        let along = |index: &usize| direction * force_n[*index];
+        let samples = leaves - rest..end;
+        let peak = samples.clone().max_by(|a, b| along(a).total_cmp(&along(b)));
+        // What it slips by afterwards, on a soft grip, is fast, and lessens the force.
+        let is_slow = peak.is_some_and(|peak| {
+            let before = leaves..peak.saturating_sub(half_mean).max(leaves);
+            signal.velocity_mps[before]
+                .iter()
+                .all(|velocity| velocity.abs() < SLOW_MPS)
+        });
         // A rest that is only jostled is not one that is left.
         let is_left = away(&(end - 1)) * direction > 4.0 * rest_m;
-        let is_whole = !signal.is_in_gap[leaves - rest..end].contains(&true);
-        if is_slow && is_left && is_whole {
+        let is_whole = !signal.is_in_gap[samples].contains(&true);
+        if let Some(peak) = peak.filter(|_| is_slow && is_left && is_whole) {
             found.push(Breakaway {
-                samples: leaves - rest..end,
                 direction,
+                peak_n: along(&peak),
             });
         }
         begin = leaves;
@@ -233,27 +236,30 @@ fn breakaways(signal: &Signal) -> Vec<Breakaway> {
     found
 }
 
-/// The greatest force of a breakaway, N, along its direction.
-fn greatest(force_n: &[f64], breakaway: &Breakaway) -> f64 {
-    let forces = force_n[breakaway.samples.clone()].iter();
-    forces
-        .map(|force| breakaway.direction * force)
-        .fold(f64::NEG_INFINITY, f64::max)
-}
-
-fn peaks(signal: &Signal, breakaways: &[Breakaway], direction: f64) -> Vec<f64> {
-    let force_n = signal.mean_of(&signal.force_n, signal.samples_in(HALF_MEAN_S));
+fn peaks(breakaways: &[Breakaway], direction: f64) -> Vec<f64> {
     let that_way = breakaways.iter().filter(|breakaway| breakaway.direction == direction);
-    that_way.map(|breakaway| greatest(&force_n, breakaway)).collect()
+    that_way.map(|breakaway| breakaway.peak_n).collect()
 }
 
-/// Breakaway levels, each from the record's own pulls: a stiffer surface sets off later.
-pub(super) fn breakaway(real: &Signal, rendered: &Signal) -> Levels {
-    let (own_pulls, other_pulls) = (breakaways(real), breakaways(rendered));
-    Levels::of(|direction| {
-        let own = peaks(real, &own_pulls, direction);
-        let other = peaks(rendered, &other_pulls, direction);
+/// Breakaway levels, each from the record's own pulls: a stiffer surface sets off later. With them, what says which
+/// record has no pull that way.
+pub(super) fn breakaway(real: &Signal, rendered: &Signal) -> (Levels, Vec<String>) {
+    let pulls = [(Side::Real, breakaways(real)), (Side::Rendered, breakaways(rendered))];
+    let levels = Levels::of(|direction| {
+        let [own, other] = pulls.each_ref().map(|(_, pulls)| peaks(pulls, direction));
         let count = own.len().min(other.len());
         Some(level(middle(own)?, middle(other)?, count))
-    })
+    });
+    let mut notes = Vec::new();
+    for (side, pulls) in &pulls {
+        for (name, direction) in [("positive", 1.0), ("negative", -1.0)] {
+            if peaks(pulls, direction).is_empty() {
+                notes.push(format!(
+                    "no breakaway level in {name} direction: the {side} record has no rest of 50 ms that a pull of \
+                     1 mm/s or slower ends that way"
+                ));
+            }
+        }
+    }
+    (levels, notes)
 }

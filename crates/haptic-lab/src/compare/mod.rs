@@ -128,13 +128,14 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
             });
         }
         AlignedBy::Time if !is_by_time => return Err(CompareError::AnyShift),
-        AlignedBy::Time => {
-            let mut comparison = by_time(&own, other, alignment);
-            note_clocks(&mut comparison, &aligned);
-            comparison
-        }
+        AlignedBy::Time => by_time(&own, other, alignment),
         AlignedBy::Velocity => by_velocity(&own, other, alignment)?,
     };
+    // What levels lack comes last.
+    let lacking = std::mem::take(&mut comparison.notes);
+    if aligned_by == AlignedBy::Time {
+        note_clocks(&mut comparison, &aligned);
+    }
     comparison.mass_kg = options.mass_kg;
     for (side, record) in [(Side::Real, real), (Side::Rendered, rendered)] {
         comparison.notes.extend(note_on_gaps(side, record));
@@ -150,19 +151,15 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
                 .to_owned(),
         );
     }
-    for (name, levels) in [
-        ("sliding", &comparison.sliding_force_n),
-        ("breakaway", &comparison.breakaway_force_n),
-    ] {
-        for (direction, level) in [("positive", &levels.positive), ("negative", &levels.negative)] {
-            if level.is_none() {
-                comparison.notes.push(format!(
-                    "no {name} level in {direction} direction: {}",
-                    levels::what_it_takes(name)
-                ));
-            }
+    let sliding = &comparison.sliding_force_n;
+    for (name, level) in [("positive", &sliding.positive), ("negative", &sliding.negative)] {
+        if level.is_none() {
+            comparison.notes.push(format!(
+                "no sliding level in {name} direction: both records have to slide that way for 50 ms or longer"
+            ));
         }
     }
+    comparison.notes.extend(lacking);
     Ok(comparison)
 }
 
@@ -197,10 +194,8 @@ fn by_time(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Compariso
         .map(|index| rendered.force_n[index] - real.force_n[index])
         .collect();
     let limits = levels::SlidingLimits::of([&real, &rendered]);
-    let (sliding, breakaway) = (
-        levels::sliding_together(&real, &rendered, &limits),
-        levels::breakaway(&real, &rendered),
-    );
+    let sliding = levels::sliding_together(&real, &rendered, &limits);
+    let (breakaway, notes) = levels::breakaway(&real, &rendered);
     Comparison {
         aligned_by: AlignedBy::Time,
         shift_s: Some(alignment.shift_s),
@@ -215,7 +210,7 @@ fn by_time(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Compariso
         force_rms_n: rms(outside().map(|index| real.force_n[index])),
         sliding_force_n: sliding,
         breakaway_force_n: breakaway,
-        notes: Vec::new(),
+        notes,
         curves: Curves {
             difference: outside()
                 .map(|index| real.time_s(index))
@@ -242,6 +237,7 @@ fn by_velocity(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Resul
         });
     }
     let differences: Vec<f64> = curve.iter().map(|bin| bin.rendered_n - bin.real_n).collect();
+    let (breakaway_force_n, notes) = levels::breakaway(real, rendered);
     Ok(Comparison {
         aligned_by: AlignedBy::Velocity,
         shift_s: None,
@@ -255,8 +251,8 @@ fn by_velocity(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Resul
         force_peak_difference_n: peak(&differences),
         force_rms_n: rms(real.outside_gaps(&real.force_n)),
         sliding_force_n: levels::sliding_at_common_speeds(&curve),
-        breakaway_force_n: levels::breakaway(real, rendered),
-        notes: Vec::new(),
+        breakaway_force_n,
+        notes,
         curves: Curves {
             difference: curve
                 .iter()

@@ -1,5 +1,5 @@
 use super::*;
-use crate::identify::study::Sensors;
+use crate::identify::study::{Movement, Sensors};
 use crate::motion::DeviceSample;
 use crate::simulate::{Start, simulate};
 use crate::surface;
@@ -395,4 +395,38 @@ fn differing_surfaces_pass_for_no_shift_and_no_drift() {
     // Of 25 intervals of 95 %, one or two are wide of it.
     assert!(covered + 2 >= pairs, "{covered} of {pairs}");
     assert!(drifts <= 1, "{drifts} of {pairs}");
+}
+
+#[test]
+fn a_slow_pull_counts_although_it_slips_and_a_fast_one_does_not() {
+    let friction = Friction::Karnopp(Karnopp {
+        viscous: Directional::both(4.0),
+        ..Karnopp::new(3.0, 1.7)
+    });
+    let pulled = |speed_mps: f64, stroke_m: f64, seed: u64| {
+        let ramps = Movement::Ramp {
+            speed_mps,
+            stroke_m,
+            duration_s: 6.0,
+        };
+        let lab = surface::experiment(0.8, friction, Sensors::USUAL);
+        surface::record(&lab.with_movements(&[Movement::Rest { duration_s: 0.5 }, ramps]), seed).mass
+    };
+    // On the grip of 5 N/mm the mass slips by half a millimetre, at up to 20 mm/s.
+    let slow = pulled(0.001, 0.0015, 1);
+    let found = compare(&slow, &pulled(0.001, 0.0015, 2), &Options::default()).expect("one motion");
+    for level in levels(found.breakaway_force_n) {
+        for force_n in [level.real_n, level.rendered_n] {
+            assert!((force_n - 3.0).abs() < 0.06, "{level:?}");
+        }
+    }
+    let found = compare(&pulled(0.1, 0.03, 1), &pulled(0.1, 0.03, 2), &Options::default()).expect("one motion");
+    assert_eq!(found.breakaway_force_n, Levels::default());
+    let lacking = found.notes.iter().filter(|note| note.contains("no breakaway level"));
+    for side in ["real", "rendered"] {
+        let of_side = lacking
+            .clone()
+            .filter(|note| note.contains(&format!("the {side} record has no rest")));
+        assert_eq!(of_side.count(), 2, "{:?}", found.notes);
+    }
 }

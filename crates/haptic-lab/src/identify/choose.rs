@@ -68,7 +68,11 @@ pub(super) fn choose(even: &Even, options: &Options, progress: &mut Progress<'_>
     };
     let prepared = match presliding::find(even, PathLaw::Dahl, options) {
         Ok(presliding::Found { prepared, .. }) => prepared,
-        Err((why, _)) => return Ok(simplest(&why)),
+        Err((why, _)) => {
+            return Ok(simplest(&format!(
+                "laws that deflect before they slide do not fit the record (dahl: {why})"
+            )));
+        }
     };
     let blocks = blocks(&prepared);
     if blocks.len() < FOLDS {

@@ -307,7 +307,8 @@ pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> 
         Some((_, known)) => known.push(cells),
         None => reasons.push((reason.to_owned(), vec![cells])),
     };
-    const OPEN: &str = "neither interval nor width, as the answers do not bound them: they jump at a level, or hardly rise";
+    const OPEN: &str =
+        "neither interval nor width, as the answers do not bound them: they jump at a level, or hardly rise";
     for case in &analysis.cases {
         let name = format!("{:?} {}", case.case, case.method.name());
         let (own, of): (&[SubjectThreshold], _) = if table == "jnd" {

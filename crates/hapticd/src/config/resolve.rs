@@ -143,6 +143,15 @@ mod tests {
             ),
             ("device = /dev/ttyACM0\n", "device = \"/dev/ttyACM0\""),
             (
+                "stale-ms = 500ms\n",
+                "line 1: stale-ms = 500ms: it must be a number without a unit; `hapticd --help` has the unit",
+            ),
+            (
+                "force-limit-n = -8 N\n",
+                "force-limit-n = -8 N: it must be a number without",
+            ),
+            ("socket = 8/x\n", "socket = 8/x: string values must be quoted"),
+            (
                 "device = \"fake\"\nforce-limit-n = \"5\"\n",
                 "line 2: force-limit-n = \"5\": it must be a number, without quotes",
             ),

@@ -63,6 +63,10 @@ fn problem_of(line: &str, message: &str) -> String {
     let (name, value) = line.split_once('=').unwrap_or((line, ""));
     let (name, value) = (name.trim().trim_matches(&['[', ']'][..]), value.trim());
     let is_word = value.starts_with(|first: char| first.is_alphabetic() || first == '/');
+    let number = value.trim_end_matches(|last: char| !last.is_ascii_digit());
+    let unit = value.strip_prefix(number).unwrap_or_default().trim_start();
+    let has_unit =
+        unit.starts_with(|first: char| first.is_alphabetic() || first == '%') && number.parse::<f64>().is_ok();
     if message == "duplicate key" {
         format!("{name} is there a second time")
     } else if message.starts_with("unknown field") {
@@ -72,6 +76,8 @@ fn problem_of(line: &str, message: &str) -> String {
         format!("unknown field `{name}`{meant} the fields are {}", names.join(", "))
     } else if is_word && !message.starts_with("invalid type") && !["true", "false"].contains(&value) {
         format!("{name} = {value}: a text stands in quotes: {name} = \"{value}\"")
+    } else if has_unit && !message.starts_with("invalid type") {
+        format!("{name} = {value}: it must be a number without a unit; `hapticd --help` has the unit of {name}")
     } else if let Some((_, expected)) = message
         .split_once(", expected ")
         .filter(|(problem, _)| problem.starts_with("invalid type"))

@@ -117,7 +117,11 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
             let z = (level.level - self.values[0]) / sigma;
             let density = (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
             let slope = self.residual(level).1;
-            row[0] = if has_slope[0] { -slope * rise * density / sigma } else { 0.0 };
+            row[0] = if has_slope[0] {
+                -slope * rise * density / sigma
+            } else {
+                0.0
+            };
             row[1] = if has_slope[1] { -slope * rise * density * z } else { 0.0 };
             if self.lapse.is_none() {
                 row[2] = -slope * normal_cdf(z) * MAX_LAPSE * (2.0 * self.values[2]).sin();
@@ -144,7 +148,9 @@ pub(super) fn best_of(levels: &[Level], held: Held, value: f64) -> Psychometric 
     let [_, extent] = span(levels);
     let mut starts: Vec<[f64; 2]> = match held {
         Held::Threshold => GRID_WIDTHS.map(|share| [value, share * extent]).to_vec(),
-        Held::Width => thresholds_of_grid(levels, value).map(|threshold| [threshold, value]).collect(),
+        Held::Width => thresholds_of_grid(levels, value)
+            .map(|threshold| [threshold, value])
+            .collect(),
     };
     let deviance_of = |[threshold, width]: &[f64; 2]| grid_deviance(levels, *threshold, *width);
     starts.sort_by(|a, b| deviance_of(a).total_cmp(&deviance_of(b)));
@@ -207,8 +213,8 @@ fn lowest_of_grid(levels: &[Level]) -> Vec<[f64; 2]> {
 
 fn thresholds_of_grid(levels: &[Level], width: f64) -> impl Iterator<Item = f64> {
     let [low, extent] = span(levels);
-    let even = (-GRID_STEPS / 2..=3 * GRID_STEPS / 2)
-        .map(move |step| low + extent * f64::from(step) / f64::from(GRID_STEPS));
+    let even =
+        (-GRID_STEPS / 2..=3 * GRID_STEPS / 2).map(move |step| low + extent * f64::from(step) / f64::from(GRID_STEPS));
     // A function that is narrower than the grid is fine can only rise at a level, a little before or after it.
     let narrow = levels
         .iter()

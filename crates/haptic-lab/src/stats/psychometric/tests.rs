@@ -63,14 +63,19 @@ fn the_interval_of_far_levels_holds_truth_and_fit() {
             let answers = levels.map(|level| Level {
                 level,
                 trials: 20,
-                correct: (0..20).map(|_| u32::from(random.f64() < truth.probability(level))).sum(),
+                correct: (0..20)
+                    .map(|_| u32::from(random.f64() < truth.probability(level)))
+                    .sum(),
             });
             let Ok(found) = fit(&answers) else { continue };
             let Some(intervals) = bootstrap(&answers, &found, Resampling::Parametric, 40, set) else {
                 continue;
             };
             let [low, high] = intervals.threshold_interval;
-            assert!(low <= found.threshold && found.threshold <= high, "{found:?} {intervals:?}");
+            assert!(
+                low <= found.threshold && found.threshold <= high,
+                "{found:?} {intervals:?}"
+            );
             all += 1;
             held += u32::from(low <= threshold && threshold <= high);
         }
@@ -297,7 +302,10 @@ fn the_same_answers_under_new_codes_say_little_more() {
     assert!((1.1..most * 1.2).contains(&ratio), "{ratio}");
     // One subject's interval is that of its answers.
     let (fitted, alone) = together(&eight[..1], 100);
-    assert_eq!(Some(alone), bootstrap(&eight[0], &fitted, Resampling::Parametric, 100, 1));
+    assert_eq!(
+        Some(alone),
+        bootstrap(&eight[0], &fitted, Resampling::Parametric, 100, 1)
+    );
 }
 
 proptest! {

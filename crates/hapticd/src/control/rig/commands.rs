@@ -56,17 +56,24 @@ impl Drop for WithdrawOnDrop<'_> {
             Asked::By(peer) => (Some(peer.clone()), None),
             Asked::Because(why) | Asked::ByLapse(why) => (None, Some(why.to_owned())),
         };
-        // The loop has seen the lapse first, in an earlier tick, which the event of the state has.
-        let is_late = matches!(self.asked, Asked::ByLapse(_)) && self.before == outcome.state;
         let change = StateChange {
             before: self.before,
             after: outcome.state,
         };
+        let (mut tick, mut state) = (outcome.tick, change);
+        if self.command == Command::Release {
+            // The loop may have seen a lapse first, in an earlier tick; and a rig without force has nothing to let out.
+            let is_late = matches!(self.asked, Asked::ByLapse(_)) && change.before == change.after;
+            let Some(released) = self.rig.journal.borrow_mut().release(is_late, (tick, state)) else {
+                return;
+            };
+            (tick, state) = released;
+        }
         let entry = JournalEntry {
-            tick: (!is_late).then_some(outcome.tick),
+            tick: Some(tick),
             by,
             message,
-            state: (!is_late).then_some(change),
+            state: Some(state),
             ..JournalEntry::of(self.command.name())
         };
         self.rig.enter(Completion::Done, entry);

@@ -21,9 +21,26 @@ pub(super) struct RigJournal {
     observed: ObservedState,
     presence: Presence,
     link_log: LinkLog,
+    /// The newest tick in which force began to be let out, and the states around it.
+    released: Option<(u64, StateChange)>,
+    /// The tick of the newest release that has an entry.
+    release_entered: Option<u64>,
 }
 
 impl RigJournal {
+    /// The tick and the states of a release: as its command's outcome has them, or, where the loop had released by
+    /// itself before the command came (`own`), those of that. Absent where there is nothing to enter.
+    pub(super) fn release(&mut self, own: bool, outcome: (u64, StateChange)) -> Option<(u64, StateChange)> {
+        let entered = self.release_entered;
+        let released = if own {
+            self.released.filter(|(tick, _)| Some(*tick) > entered)
+        } else {
+            Some(outcome)
+        };
+        self.release_entered = released.map(|(tick, _)| tick).or(entered);
+        released
+    }
+
     /// Enters events that no client asked for, and completes the entries that waited for their tick: returns them, and
     /// writes them to the log.
     pub(super) fn completed(
@@ -60,7 +77,17 @@ impl RigJournal {
         let enable_button = facts.servo.get().enable_button;
         for record in changes {
             let now = ObservedState::of(record, enable_button);
-            if let Some((op, message)) = now.change_since(std::mem::replace(&mut self.observed, now)) {
+            let before = std::mem::replace(&mut self.observed, now);
+            let event = now.change_since(before);
+            if let Some(before) = before.state.filter(|before| before.is_live())
+                && matches!(record.state, RigState::Releasing | RigState::Idle)
+                && before != RigState::Releasing
+                && event.is_none()
+            {
+                let after = record.state;
+                self.released = Some((record.tick, StateChange { before, after }));
+            }
+            if let Some((op, message)) = event {
                 let entry = JournalEntry {
                     tick: Some(record.tick),
                     revision: record.revision,
