@@ -388,7 +388,10 @@ fn every_metric() {
     );
     let began = Instant::now();
     let mut written = String::new();
-    while !written.contains("hapticd_link_round_trip_seconds ") {
+    while ["hapticd_link_round_trip_seconds ", "hapticd_position_meters "]
+        .iter()
+        .any(|name| !written.contains(name))
+    {
         assert!(began.elapsed() < PATIENCE, "waited in vain for the link: {written}");
         pause();
         written = fs::read_to_string(&file).unwrap_or_default();

@@ -6,7 +6,8 @@ use crate::scene::offline;
 use crate::{complete, output};
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::Scene;
-use haptic_core::friction::Friction;
+use haptic_core::friction::{Friction, LAWS};
+use haptic_core::nearest::nearest;
 use haptic_ipc::{Description, Request};
 use std::path::Path;
 
@@ -27,6 +28,14 @@ pub(crate) async fn active(daemon: &mut Daemon, json: bool) -> Result<(), Failur
 pub(crate) async fn named(socket: Option<&Path>, text: &str, json: bool) -> Result<(), Failure> {
     let scene = match (offline::find_on_rig(socket, text).await, Scene::paper().with_law(text)) {
         (Err(_), Some(Ok(of_law))) => of_law,
+        (Err(failure), None) => {
+            let Some(law) = nearest(text, &LAWS) else {
+                return Err(failure);
+            };
+            return Err(Failure::Usage(format!(
+                "there is no law `{text}`, did you mean `{law}`?"
+            )));
+        }
         (found, _) => found?,
     };
     show(&Description::of(&scene), json)

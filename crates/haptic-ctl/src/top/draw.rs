@@ -7,7 +7,7 @@ use haptic_ipc::RigState;
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
-use ratatui::widgets::{Block, Clear, Paragraph};
+use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
 
 /// Lines of the panes of the loop.
 const LOOPS_HEIGHT: u16 = 10;
@@ -21,10 +21,11 @@ const CURVE_WIDTH: u16 = 36;
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     // The force on the hand is worth more than the timing of the loop.
     let has_room_for_loops = frame.area().height >= 4 + CURVES_HEIGHT + LOOPS_HEIGHT;
+    let said = Said::of(model);
     let [title, scene, message, plots, loops, keys] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(1),
-        Constraint::Length(1),
+        Constraint::Length(said.lines(frame.area().width)),
         Constraint::Fill(1),
         Constraint::Length(if has_room_for_loops { LOOPS_HEIGHT } else { 0 }),
         Constraint::Length(1),
@@ -32,7 +33,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     .areas(frame.area());
     draw_title(frame, title, model, theme);
     draw_scene(frame, scene, model);
-    draw_message(frame, message, model, theme);
+    said.draw(frame, message, theme);
     let halves = [Constraint::Fill(1), Constraint::Fill(1)];
     let [force, position] = if plots.width >= 2 * CURVE_WIDTH {
         Layout::horizontal(halves).areas(plots)
@@ -116,23 +117,49 @@ fn draw_scene(frame: &mut Frame<'_>, area: Rect, model: &Model) {
 }
 
 /// The last answer, and a fault for as long as there is one.
-fn draw_message(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
-    let bad = theme.colour(Color::Red).add_modifier(Modifier::BOLD);
-    let fault = model.daemon.rig().and_then(|rig| rig.fault.as_ref());
-    let fault = fault.map(|fault| format!("fault: {fault}; R resets"));
-    let message = model.message.as_ref();
-    let is_bad = fault.is_some() || message.is_some_and(Message::is_bad);
-    let texts: Vec<String> = message
-        .map(|message| message.text.clone())
-        .into_iter()
-        .chain(fault)
-        .collect();
-    let style = if is_bad {
-        bad
-    } else {
-        Style::new().add_modifier(Modifier::BOLD)
-    };
-    frame.render_widget(Paragraph::new(format!(" {}", texts.join("   "))).style(style), area);
+struct Said {
+    text: String,
+    is_bad: bool,
+}
+
+impl Said {
+    fn of(model: &Model) -> Self {
+        let fault = model.daemon.rig().and_then(|rig| rig.fault.as_ref());
+        let fault = fault.map(|fault| format!("fault: {fault}; R resets"));
+        let message = model.message.as_ref();
+        let is_bad = fault.is_some() || message.is_some_and(Message::is_bad);
+        let texts: Vec<String> = message
+            .map(|message| message.text.clone())
+            .into_iter()
+            .chain(fault)
+            .collect();
+        Self {
+            text: texts.join("   "),
+            is_bad,
+        }
+    }
+
+    /// Lines that it takes: a long refusal has its end where it says what to do.
+    fn lines(&self, width: u16) -> u16 {
+        const LONGEST_WORD: usize = 12;
+        let usable = usize::from(width).saturating_sub(1 + LONGEST_WORD).max(1);
+        if self.text.len() < usize::from(width) {
+            return 1;
+        }
+        u16::try_from(self.text.len().div_ceil(usable))
+            .unwrap_or(u16::MAX)
+            .min(4)
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+        let style = if self.is_bad {
+            theme.colour(Color::Red).add_modifier(Modifier::BOLD)
+        } else {
+            Style::new().add_modifier(Modifier::BOLD)
+        };
+        let text = format!(" {}", self.text);
+        frame.render_widget(Paragraph::new(text).style(style).wrap(Wrap { trim: false }), area);
+    }
 }
 
 fn draw_help(frame: &mut Frame<'_>) {

@@ -265,9 +265,10 @@ pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, is_at_recording: b
     }
 }
 
-/// Offers the rigs that there are instead of one that is gone, over its plots, which stay.
+/// Offers the rigs that there are instead of one that is gone, over its plots, which stay. While nobody knows whether
+/// that one pulls, nothing leads away from it.
 pub(crate) fn offer_others(ui: &Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
-    if let (true, Link::Lost { .. }) = (daemon.was_connected, &daemon.link) {
+    if let (true, false, Link::Lost { .. }) = (daemon.was_connected, daemon.is_rig_unknown(), &daemon.link) {
         let area = Area::new(Id::unique("other rigs")).anchor(Align2::CENTER_CENTER, Vec2::ZERO);
         area.show(ui.ctx(), |ui| {
             Frame::popup(ui.style()).show(ui, |ui| offer_rigs(ui, &daemon.rigs, intents));

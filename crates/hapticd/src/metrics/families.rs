@@ -3,7 +3,7 @@
 use crate::control::RigHandle;
 use crate::telemetry::timing::FIRST_BUCKET_NS;
 use haptic_core::servo::Fault;
-use haptic_ipc::{Bucket, LinkStatus, Percentiles, RigState, Status, Timing};
+use haptic_ipc::{Bucket, LinkStatus, RigState, Status, Timing};
 use prometheus_client::collector::Collector;
 use prometheus_client::encoding::{DescriptorEncoder, MetricEncoder, NoLabelSet};
 use prometheus_client::metrics::MetricType;
@@ -180,11 +180,14 @@ impl Snapshot {
             "Energy that sampling made and the rig did not take up.",
             status.energy_excess_j,
         )?;
-        families.gauge(
-            "hapticd_position_meters",
-            "Position of the handle.",
-            status.device_position_m,
-        )?;
+        // Without a device it would be where the handle once was.
+        if status.has_device() {
+            families.gauge(
+                "hapticd_position_meters",
+                "Position of the handle.",
+                status.device_position_m,
+            )?;
+        }
         families.gauge("hapticd_clients", "Clients that are connected.", count(status.clients))?;
         families.gauge("hapticd_leases", "Leases that clients hold.", count(status.leases))?;
         families.gauge(
@@ -235,20 +238,31 @@ impl Snapshot {
                 ("without_device", stops.without_device),
             ],
         )?;
-        let percentiles = |times: Percentiles| [("50", times.p50), ("99", times.p99), ("100", times.max)];
-        let in_seconds = |times| percentiles(times).map(|(percentile, ns)| (percentile, seconds(ns)));
-        families.gauges(
-            "hapticd_stop_written_seconds",
-            "From a stop's line to zero force on the link.",
-            "percentile",
-            in_seconds(stops.to_written_ns),
-        )?;
-        families.gauges(
-            "hapticd_stop_confirmed_seconds",
-            "From a stop's line to the device's word that its motor is off.",
-            "percentile",
-            in_seconds(stops.to_confirmed_ns),
-        )
+        // Before the first stop they are of none.
+        for (name, help, count, times) in [
+            (
+                "hapticd_stop_written_seconds",
+                "From a stop's line to zero force on the link.",
+                stops.confirmed + stops.unconfirmed,
+                stops.to_written_ns,
+            ),
+            (
+                "hapticd_stop_confirmed_seconds",
+                "From a stop's line to the device's word that its motor is off.",
+                stops.confirmed,
+                stops.to_confirmed_ns,
+            ),
+        ] {
+            let percentiles = [("50", times.p50), ("99", times.p99), ("100", times.max)];
+            let known = percentiles.into_iter().filter(|_| count > 0);
+            families.gauges(
+                name,
+                help,
+                "percentile",
+                known.map(|(percentile, ns)| (percentile, seconds(ns))),
+            )?;
+        }
+        Ok(())
     }
 }
 

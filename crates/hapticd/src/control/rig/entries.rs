@@ -106,7 +106,12 @@ impl RigJournal {
                         Err(error) => format!("{device}: {error}"),
                         Ok(_) => format!("{device}: no new sample came in time"),
                     };
-                    self.entries.enter(Completion::Done, lost(Some(record.tick), message));
+                    let (before, after) = (before.state.unwrap_or(record.state), record.state);
+                    let entry = JournalEntry {
+                        state: (before != after).then_some(StateChange { before, after }),
+                        ..lost(Some(record.tick), message)
+                    };
+                    self.entries.enter(Completion::Done, entry);
                 }
                 // A stop or a fault stays whether there is a device or not.
                 RigState::Disconnected | RigState::Stopped | RigState::Faulted => {}
