@@ -87,21 +87,21 @@ impl Board {
 }
 
 /// A kind of fake, and how it is named to hapticd.
-struct Kind {
+struct FakeKind {
     name: &'static str,
     board: &'static [&'static str],
     options: &'static str,
     firmware: &'static str,
 }
 
-const KINDS: [Kind; 2] = [
-    Kind {
+const KINDS: [FakeKind; 2] = [
+    FakeKind {
         name: "odrive",
         board: &[],
         options: "radius_mm=5&torque_limit_nm=0.1",
         firmware: "ODrive 0.5.6",
     },
-    Kind {
+    FakeKind {
         name: "odrive",
         board: &["--firmware-0-6"],
         options: "radius_mm=5&torque_limit_nm=0.1",
@@ -110,7 +110,7 @@ const KINDS: [Kind; 2] = [
 ];
 
 /// A daemon on the fake at `board` in this directory.
-fn daemon(kind: &Kind, directory: &Path) -> Daemon {
+fn daemon(kind: &FakeKind, directory: &Path) -> Daemon {
     let device = format!("{}:{}?{}", kind.name, directory.join("board").display(), kind.options);
     let mut command = Command::new(binary("hapticd"));
     command.args(["--device", &device, "--ramp-ms", "20"]);
@@ -142,11 +142,11 @@ struct Setup {
 }
 
 impl Setup {
-    fn new(kind: &Kind) -> Self {
+    fn new(kind: &FakeKind) -> Self {
         Self::with_board(kind, kind.board)
     }
 
-    fn with_board(kind: &Kind, arguments: &[&str]) -> Self {
+    fn with_board(kind: &FakeKind, arguments: &[&str]) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let board = Board::start(kind.name, &directory.path().join("board"), arguments);
         let daemon = daemon(kind, directory.path());

@@ -205,15 +205,15 @@ impl Serialize for SamplesEvent {
         if is_plane {
             batch.serialize_field("axes", &2)?;
         }
-        batch.serialize_field("rows", &Rows(self))?;
+        batch.serialize_field("rows", &BatchRows(self))?;
         batch.end()
     }
 }
 
 /// The rows of a batch, written where they are.
-struct Rows<'a>(&'a SamplesEvent);
+struct BatchRows<'a>(&'a SamplesEvent);
 
-impl Serialize for Rows<'_> {
+impl Serialize for BatchRows<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(self.0.ticks().map(|(sample, y)| SampleRow {
             sample: *sample,

@@ -2,7 +2,7 @@
 //! the window waiting.
 
 use crate::dialogs;
-use crate::export::{self, Destination, Picture, Rows};
+use crate::export::{self, Destination, Picture, RowsInSight};
 use crate::identify::Question;
 use crate::intent::{DialogPurpose, Format};
 use crate::model::Model;
@@ -170,7 +170,7 @@ impl Files {
             let write = move |file: &mut File| file.write_all(picture.svg().as_bytes());
             return self.writer.export(format, to, write);
         }
-        let rows = Rows::seen(model);
+        let rows = RowsInSight::seen(model);
         self.writer.export(format, to, move |file| {
             let mut out = BufWriter::with_capacity(1 << 18, file);
             rows.write(&mut out)?;
@@ -250,7 +250,7 @@ impl Writer {
             self.report(Update::Exported(Err(why)));
             return;
         }
-        let (sender, place) = (self.sender.clone(), Place(Arc::clone(&self.busy)));
+        let (sender, place) = (self.sender.clone(), QueuePlace(Arc::clone(&self.busy)));
         let works = move || {
             // Of this thread alone. If that is refused, the work is done all the same.
             rustix::process::setpriority_process(None, NICENESS).unwrap_or_default();
@@ -271,9 +271,9 @@ impl Writer {
 
 /// A place among the files at once, returned however the work ends.
 #[derive(Debug)]
-struct Place(Arc<AtomicUsize>);
+struct QueuePlace(Arc<AtomicUsize>);
 
-impl Drop for Place {
+impl Drop for QueuePlace {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::AcqRel);
     }

@@ -39,7 +39,7 @@ const SCENES: [&str; 6] = [
 pub(super) struct ClientRecord {
     pub(super) changes: Changes,
     pub(super) journal: Journal,
-    pub(super) rows: Rows,
+    pub(super) rows: ReceivedRows,
     pub(super) visits: u64,
 }
 
@@ -71,7 +71,7 @@ pub(super) struct Journal {
 
 /// The ticks, as a subscriber received them.
 #[derive(Debug, Default)]
-pub(super) struct Rows {
+pub(super) struct ReceivedRows {
     pub(super) received: u64,
     /// Rows that the daemon reported as lost.
     pub(super) dropped: u64,
@@ -86,7 +86,7 @@ pub(super) struct Rows {
 pub(super) struct Load<'scope> {
     changes: ScopedJoinHandle<'scope, Changes>,
     journal: ScopedJoinHandle<'scope, Journal>,
-    rows: ScopedJoinHandle<'scope, Rows>,
+    rows: ScopedJoinHandle<'scope, ReceivedRows>,
     visits: ScopedJoinHandle<'scope, u64>,
 }
 
@@ -112,7 +112,7 @@ pub(super) fn start<'scope>(
             journal
         }),
         rows: scope.spawn(move || {
-            let mut rows = Rows::default();
+            let mut rows = ReceivedRows::default();
             listen(plan, socket, Topic::Samples, |event| rows.take(event));
             rows
         }),
@@ -171,7 +171,7 @@ impl Journal {
     }
 }
 
-impl Rows {
+impl ReceivedRows {
     fn take(&mut self, event: &Event) {
         let Event::Samples(batch) = event else { return };
         self.dropped += batch.dropped;

@@ -156,7 +156,7 @@ mod tests {
     const DAMPING_NS_PER_M: f64 = 5.0;
 
     /// A rig with such a hand, and the newest tick.
-    struct Rig {
+    struct TestRig {
         plant: Plant,
         now_s: f64,
     }
@@ -171,7 +171,7 @@ mod tests {
         force_n: f64,
     }
 
-    impl Rig {
+    impl TestRig {
         fn new() -> Self {
             let hand = Hand::Pointer(PointerArm::new(STIFFNESS_N_PER_M, DAMPING_NS_PER_M));
             Self {
@@ -208,7 +208,7 @@ mod tests {
             elapsed_s in 0.2e-3..10e-3_f64,
             motor_n in -5.0..5.0_f64,
         ) {
-            let mut rig = Rig::new();
+            let mut rig = TestRig::new();
             let mut before = rig.tick(elapsed_s, motor_n);
             for (gap_s, target_m) in news {
                 rig.arm().pointer().point_at(target_m);
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn the_handle_follows_a_pointer_with_rare_news() {
-        let mut rig = Rig::new();
+        let mut rig = TestRig::new();
         let mut seen = rig.tick(1e-3, 0.0);
         for ms in 0..2000_u32 {
             // 30 times a second, at uneven times.
@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn an_arm_takes_the_handle_where_it_is() {
-        let mut rig = Rig::new();
+        let mut rig = TestRig::new();
         for _ in 0..1000 {
             rig.tick(1e-3, 2.0);
         }

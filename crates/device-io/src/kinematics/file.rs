@@ -19,7 +19,7 @@ const HOME_DEG: f64 = 360.0;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    kinematics: Kind,
+    kinematics: KinematicsKind,
     base_m: Option<f64>,
     proximal_m: Option<f64>,
     distal_m: Option<f64>,
@@ -29,7 +29,7 @@ struct File {
 
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum Kind {
+enum KinematicsKind {
     Xy,
     HBelt,
     FiveBar,
@@ -57,9 +57,9 @@ pub(super) fn read(text: &str) -> Result<Kinematics, KinematicsProblem> {
 impl File {
     fn geometry(&self) -> Result<Geometry, KinematicsProblem> {
         let linear = match self.kinematics {
-            Kind::Xy => Linear::Xy,
-            Kind::HBelt => Linear::HBelt,
-            Kind::FiveBar => {
+            KinematicsKind::Xy => Linear::Xy,
+            KinematicsKind::HBelt => Linear::HBelt,
+            KinematicsKind::FiveBar => {
                 let base_m = within("base_m", self.base_m, 0.0, LINK_M.1)?;
                 let proximal_m = within("proximal_m", self.proximal_m, LINK_M.0, LINK_M.1)?;
                 let distal_m = within("distal_m", self.distal_m, LINK_M.0, LINK_M.1)?;

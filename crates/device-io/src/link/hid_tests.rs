@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 const REPORTS: Reports = Reports { input: 64, output: 64 };
 
-struct Rig {
+struct TestRig {
     connection: Option<Box<dyn Connection>>,
     device: OwnedFd,
     firmware: Firmware,
@@ -45,7 +45,7 @@ fn send(device: &OwnedFd, message: &FromDevice) {
     rustix::io::write(device, &report).expect("there is room");
 }
 
-impl Rig {
+impl TestRig {
     /// A greeted rig.
     fn new() -> Self {
         let (host, device) = sockets();
@@ -151,7 +151,7 @@ fn reports_of_two_axes_are_read_once_the_hello_says_so() {
 
 #[test]
 fn a_rig_is_driven_and_left_without_force() {
-    let mut rig = Rig::new();
+    let mut rig = TestRig::new();
     rig.tick_until(3.0, true, |firmware, measured, _| {
         measured.position_m > 1e-3 && firmware.force_n() == 3.0
     });
@@ -180,7 +180,7 @@ fn a_rig_is_driven_and_left_without_force() {
 
 #[test]
 fn the_newest_of_many_waiting_reports_is_used() {
-    let mut rig = Rig::new();
+    let mut rig = TestRig::new();
     // The kernel's queue of 63, and more that came while it was read.
     let last = (0..100).map(|_| rig.sample()).last();
     let connection = rig.connection.as_mut().expect("it is there");
@@ -190,9 +190,9 @@ fn the_newest_of_many_waiting_reports_is_used() {
 
 #[test]
 fn a_device_that_is_unplugged_is_reported_as_disconnected() {
-    let mut rig = Rig::new();
+    let mut rig = TestRig::new();
     rig.tick_until(1.0, true, |firmware, _, _| firmware.force_n() == 1.0);
-    let Rig { connection, device, .. } = rig;
+    let TestRig { connection, device, .. } = rig;
     drop(device);
     let read = connection.expect("it is there").read(now_ns());
     assert_eq!(read, Err(DeviceError::Disconnected));

@@ -38,7 +38,7 @@ impl Setup {
 }
 
 /// A loop, a line and a rig.
-struct Rig {
+struct TestRig {
     setup: Setup,
     session: LinkSession,
     counters: Arc<LinkCounters>,
@@ -54,7 +54,7 @@ struct Rig {
     fault: Option<(u64, DeviceError)>,
 }
 
-impl Rig {
+impl TestRig {
     fn new(setup: Setup) -> Self {
         let now_ns = 1000 * MS;
         let (firmware, hello) = greeted_firmware(now_ns);
@@ -156,7 +156,7 @@ proptest! {
         let setup = Setup {
             bytes_per_s, period_ns: periods * MS / 20, stale_ns: 1000 * MS, collected_ns: collected_ms * MS,
         };
-        let mut rig = Rig::new(setup);
+        let mut rig = TestRig::new(setup);
         rig.run(100 * MS, Some((0.0, false)));
         rig.run(for_ms * MS, Some((5.0, true)));
         prop_assert!(rig.oldest_ns <= 45 * MS, "a command was {} us old", rig.oldest_ns / 1000);
@@ -176,7 +176,7 @@ proptest! {
 #[test]
 fn line_too_slow_for_commands_is_reported_as_fault() {
     let fault = |setup: Setup| {
-        let mut rig = Rig::new(setup);
+        let mut rig = TestRig::new(setup);
         rig.run(300 * MS, Some((0.0, false)));
         let idle = rig.counters.delivery();
         let began_ns = rig.now_ns;

@@ -136,14 +136,14 @@ impl Estimating<f64> for Estimator {
 
 /// An estimator, ready to use.
 #[derive(Clone, Copy, Debug)]
-pub struct Estimator(Kind);
+pub struct Estimator(EstimatorKind);
 
 #[derive(Clone, Copy, Debug)]
 #[expect(
     clippy::large_enum_variant,
     reason = "there is one for a device; a box would be an allocation"
 )]
-enum Kind {
+enum EstimatorKind {
     FiniteDifference(FiniteDifference),
     LowPass(LowPass),
     AlphaBetaGamma(AlphaBetaGamma),
@@ -156,31 +156,31 @@ impl Estimator {
     #[must_use]
     pub fn new(method: Method, period_s: f64, resolution_m: f64) -> Self {
         Self(match method {
-            Method::FiniteDifference => Kind::FiniteDifference(FiniteDifference::default()),
-            Method::LowPass => Kind::LowPass(LowPass::new(DEFAULT_CUTOFF_HZ)),
-            Method::AlphaBetaGamma => Kind::AlphaBetaGamma(AlphaBetaGamma::new(period_s)),
-            Method::FoawEndFit => Kind::Foaw(Foaw::new(Fit::End, resolution_m)),
-            Method::FoawBestFit => Kind::Foaw(Foaw::new(Fit::Best, resolution_m)),
+            Method::FiniteDifference => EstimatorKind::FiniteDifference(FiniteDifference::default()),
+            Method::LowPass => EstimatorKind::LowPass(LowPass::new(DEFAULT_CUTOFF_HZ)),
+            Method::AlphaBetaGamma => EstimatorKind::AlphaBetaGamma(AlphaBetaGamma::new(period_s)),
+            Method::FoawEndFit => EstimatorKind::Foaw(Foaw::new(Fit::End, resolution_m)),
+            Method::FoawBestFit => EstimatorKind::Foaw(Foaw::new(Fit::Best, resolution_m)),
         })
     }
 
     /// Saves or loads its past.
     pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
         match &mut self.0 {
-            Kind::FiniteDifference(estimator) => estimator.archive(archive),
-            Kind::LowPass(estimator) => estimator.archive(archive),
-            Kind::AlphaBetaGamma(estimator) => estimator.archive(archive),
-            Kind::Foaw(estimator) => estimator.archive(archive),
+            EstimatorKind::FiniteDifference(estimator) => estimator.archive(archive),
+            EstimatorKind::LowPass(estimator) => estimator.archive(archive),
+            EstimatorKind::AlphaBetaGamma(estimator) => estimator.archive(archive),
+            EstimatorKind::Foaw(estimator) => estimator.archive(archive),
         }
     }
 
     /// Forgets the past: the next sample is at rest.
     pub fn reset(&mut self) {
         match &mut self.0 {
-            Kind::FiniteDifference(estimator) => estimator.reset(),
-            Kind::LowPass(estimator) => estimator.reset(),
-            Kind::AlphaBetaGamma(estimator) => estimator.reset(),
-            Kind::Foaw(estimator) => estimator.reset(),
+            EstimatorKind::FiniteDifference(estimator) => estimator.reset(),
+            EstimatorKind::LowPass(estimator) => estimator.reset(),
+            EstimatorKind::AlphaBetaGamma(estimator) => estimator.reset(),
+            EstimatorKind::Foaw(estimator) => estimator.reset(),
         }
     }
 
@@ -189,7 +189,7 @@ impl Estimator {
     #[inline]
     pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         // The usual one first, without a table of jumps.
-        if let Kind::AlphaBetaGamma(estimator) = &mut self.0 {
+        if let EstimatorKind::AlphaBetaGamma(estimator) = &mut self.0 {
             return estimator.update(elapsed_s, position);
         }
         self.update_another(elapsed_s, position)
@@ -198,10 +198,10 @@ impl Estimator {
     #[inline(never)]
     fn update_another(&mut self, elapsed_s: f64, position: f64) -> f64 {
         match &mut self.0 {
-            Kind::FiniteDifference(estimator) => estimator.update(elapsed_s, position),
-            Kind::LowPass(estimator) => estimator.update(elapsed_s, position),
-            Kind::AlphaBetaGamma(estimator) => estimator.update(elapsed_s, position),
-            Kind::Foaw(estimator) => estimator.update(elapsed_s, position),
+            EstimatorKind::FiniteDifference(estimator) => estimator.update(elapsed_s, position),
+            EstimatorKind::LowPass(estimator) => estimator.update(elapsed_s, position),
+            EstimatorKind::AlphaBetaGamma(estimator) => estimator.update(elapsed_s, position),
+            EstimatorKind::Foaw(estimator) => estimator.update(elapsed_s, position),
         }
     }
 }

@@ -17,14 +17,14 @@ const STILL_M: f64 = 2e-4;
 
 /// Where the handle may be moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place {
+pub(super) struct HandleRange {
     /// Middle of its range, m, where the person has put it.
     pub(super) middle_m: f64,
     /// Farthest that it may go from there, m.
     pub(super) farthest_m: f64,
 }
 
-impl Place {
+impl HandleRange {
     /// Farthest that a motion may go from a position, m.
     pub(super) fn left_from(&self, position_m: f64) -> f64 {
         (self.farthest_m - self.beside(position_m)).max(0.0)
@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn motion_repeats_only_if_handle_lies_still_and_has_room() {
-        let place = Place {
+        let place = HandleRange {
             middle_m: 0.1,
             farthest_m: 0.02,
         };

@@ -1,6 +1,6 @@
 //! An identification under way: the rig to oneself, one excitation after another, and every tick.
 
-use super::interruption::{PAUSE, Place};
+use super::interruption::{HandleRange, PAUSE};
 use super::ticks::Ticks;
 use crate::console::Console;
 use crate::daemon::Daemon;
@@ -49,7 +49,7 @@ pub(super) struct IdentifySession<'a> {
     /// How often a motion that such a fault interrupted may still be repeated without asking.
     resets_left: u32,
     /// Where the person has agreed that the handle is moved.
-    place: Place,
+    place: HandleRange,
     pub(super) begun: IdentificationReply,
     pub(super) ticks: Ticks,
     /// Nominal time between two ticks, s.
@@ -380,8 +380,8 @@ fn hint(why: &str) -> &'static str {
 }
 
 /// Where the handle may be moved in an identification that has just begun.
-fn place(begun: &IdentificationReply) -> Place {
-    Place {
+fn place(begun: &IdentificationReply) -> HandleRange {
+    HandleRange {
         middle_m: begun.middle_m,
         farthest_m: begun.travel_limit_m,
     }

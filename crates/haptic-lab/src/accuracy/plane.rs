@@ -119,10 +119,10 @@ impl fmt::Display for PlaneScheme {
 
 /// A block of a case, moved on by one of the schemes.
 #[derive(Clone, Debug)]
-pub struct PlaneBlock(Kind);
+pub struct PlaneBlock(Solver);
 
 #[derive(Clone, Debug)]
-enum Kind {
+enum Solver {
     Exact(PlanarRenderer),
     Moreau(Moreau),
     TwoKarnopps(Box<[Renderer; 2]>),
@@ -143,9 +143,9 @@ impl PlaneBlock {
             PlaneScheme::Exact => {
                 let mut renderer = PlanarRenderer::new(&case.scene, Scheme::Exact, PERIOD_S)?;
                 renderer.hold_at(Plane::ZERO, Plane::ZERO, position, velocity);
-                Kind::Exact(renderer)
+                Solver::Exact(renderer)
             }
-            PlaneScheme::Moreau(steps) => Kind::Moreau(Moreau {
+            PlaneScheme::Moreau(steps) => Solver::Moreau(Moreau {
                 mass: case.mass,
                 coupling: case.coupling,
                 friction: case.friction,
@@ -160,7 +160,7 @@ impl PlaneBlock {
                     axis.set_state(BlockState::new(0.0, 0.0, position, velocity));
                     Ok(axis)
                 };
-                Kind::TwoKarnopps(Box::new([axis(position.x, velocity.x)?, axis(position.y, velocity.y)?]))
+                Solver::TwoKarnopps(Box::new([axis(position.x, velocity.x)?, axis(position.y, velocity.y)?]))
             }
         }))
     }
@@ -169,9 +169,9 @@ impl PlaneBlock {
     pub fn tick(&mut self, to: &DeviceSample<Plane>) -> Plane {
         let (position, velocity) = (to.position_m, to.velocity_mps);
         match &mut self.0 {
-            Kind::Exact(renderer) => renderer.render(PERIOD_S, position, velocity),
-            Kind::Moreau(moreau) => moreau.tick(position, velocity),
-            Kind::TwoKarnopps(axes) => Plane::new(
+            Solver::Exact(renderer) => renderer.render(PERIOD_S, position, velocity),
+            Solver::Moreau(moreau) => moreau.tick(position, velocity),
+            Solver::TwoKarnopps(axes) => Plane::new(
                 axes[0].tick(PERIOD_S, position.x, velocity.x).coupling_force,
                 axes[1].tick(PERIOD_S, position.y, velocity.y).coupling_force,
             ),

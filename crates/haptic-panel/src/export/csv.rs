@@ -13,19 +13,21 @@ use std::io::{self, Write};
 #[must_use]
 pub fn csv(model: &Model) -> String {
     let mut text = Vec::new();
-    Rows::seen(model).write(&mut text).expect("memory can be written to");
+    RowsInSight::seen(model)
+        .write(&mut text)
+        .expect("memory can be written to");
     String::from_utf8(text).expect("numbers and names")
 }
 
 /// The samples in sight, for another thread to write: an hour is 400 MB of text.
 #[derive(Debug)]
-pub(crate) struct Rows {
+pub(crate) struct RowsInSight {
     tape: Tape,
     from_s: f64,
     to_s: f64,
 }
 
-impl Rows {
+impl RowsInSight {
     /// The samples in sight now. Nothing is copied.
     pub(crate) fn seen(model: &Model) -> Self {
         let tapes = &model.tapes;

@@ -4,7 +4,7 @@ mod csv;
 mod png;
 mod svg;
 
-pub(crate) use csv::Rows;
+pub(crate) use csv::RowsInSight;
 pub use csv::csv;
 pub use png::png;
 pub(crate) use svg::Picture;

@@ -27,7 +27,7 @@ use std::sync::{Arc, mpsc};
 use std::thread;
 use std::time::Duration;
 use stopper::Stopper;
-use stops::Place;
+use stops::SocketPlace;
 
 /// Wakes the thread that stops.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ pub(crate) struct StopPath {
 /// The end of the path at the listening thread, which knows the daemon's socket.
 #[derive(Debug)]
 pub(crate) struct Guide {
-    places: mpsc::Sender<Place>,
+    places: mpsc::Sender<SocketPlace>,
     waker: Arc<Waker>,
 }
 
@@ -58,7 +58,7 @@ impl Guide {
     /// Names the path at which the daemon is looked for, or was found.
     pub(crate) fn lead_to(&self, path: PathBuf, is_connected: bool) {
         // The thread lives as long as the panel.
-        self.places.send(Place { path, is_connected }).unwrap_or(());
+        self.places.send(SocketPlace { path, is_connected }).unwrap_or(());
         self.waker.wake();
     }
 }

@@ -1,7 +1,7 @@
 //! The thread that sends stops.
 
 use super::line::{Received, Stop, StopLine, UNWRITTEN};
-use super::stops::{Place, Stops};
+use super::stops::{SocketPlace, Stops};
 use crate::update::StopNews;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::Read as _;
@@ -20,7 +20,7 @@ const CROWDED_RETRY: Duration = Duration::from_secs(5);
 pub(super) struct Stopper {
     stops: Arc<Stops>,
     woken: UnixStream,
-    looked_for: mpsc::Receiver<Place>,
+    looked_for: mpsc::Receiver<SocketPlace>,
     news: mpsc::Sender<StopNews>,
     retry: Duration,
     path: Option<PathBuf>,
@@ -40,7 +40,7 @@ impl Stopper {
     pub(super) fn new(
         stops: Arc<Stops>,
         woken: UnixStream,
-        looked_for: mpsc::Receiver<Place>,
+        looked_for: mpsc::Receiver<SocketPlace>,
         news: mpsc::Sender<StopNews>,
         retry: Duration,
     ) -> Self {
@@ -184,7 +184,7 @@ impl Stopper {
     }
 
     fn take_places(&mut self, now: Instant) {
-        while let Ok(Place { path, is_connected }) = self.looked_for.try_recv() {
+        while let Ok(SocketPlace { path, is_connected }) = self.looked_for.try_recv() {
             if self.path.as_ref() != Some(&path) {
                 // Another daemon's.
                 self.line = None;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 /// Where the daemon's socket is.
 #[derive(Debug)]
-pub(super) struct Place {
+pub(super) struct SocketPlace {
     pub(super) path: PathBuf,
     /// The panel is connected to it, so a connection for stops is kept ready. Otherwise one is made for
     /// each stop.

@@ -31,7 +31,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tuning: &mut Tuning, intents: &
 
 /// Shows the list that scrolls. The row under the pointer stays there when the rows above it change.
 fn show_list(ui: &mut Ui, daemon: &Daemon, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
-    let mut rows = Rows::new(ui);
+    let mut rows = RowPositions::new(ui);
     // A list that continues below shows that it does.
     ui.spacing_mut().scroll = ScrollStyle::solid();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -44,7 +44,7 @@ fn show_list(ui: &mut Ui, daemon: &Daemon, tuning: &mut Tuning, intents: &mut Ve
 }
 
 /// The positions of the rows, and the row under the pointer.
-struct Rows {
+struct RowPositions {
     /// Vertical position of the pointer over the list, points.
     pointer: Option<f32>,
     /// Top of the list, which may be scrolled out of sight.
@@ -55,7 +55,7 @@ struct Rows {
     moved: f32,
 }
 
-impl Rows {
+impl RowPositions {
     fn new(ui: &Ui) -> Self {
         let list = ui.available_rect_before_wrap();
         let pointer = ui.input(|input| input.pointer.hover_pos());
@@ -105,7 +105,7 @@ impl Rows {
     }
 }
 
-fn show_parameters(ui: &mut Ui, daemon: &Daemon, tuning: &mut Tuning, rows: &mut Rows) {
+fn show_parameters(ui: &mut Ui, daemon: &Daemon, tuning: &mut Tuning, rows: &mut RowPositions) {
     // A row is 40 points high, and the next one follows at once: its name is distance enough.
     let distance = std::mem::take(&mut ui.spacing_mut().item_spacing.y);
     let mut group = "";

@@ -150,11 +150,14 @@ impl Server {
             };
             let number = self.sessions.get() + 1;
             self.sessions.set(number);
-            let (names, place) = (Rc::clone(&self.names), Place::take(Rc::clone(places), newcomer, rig));
+            let (names, place) = (
+                Rc::clone(&self.names),
+                ClientPlace::take(Rc::clone(places), newcomer, rig),
+            );
             // Until it closes its connection; a newcomer for a moment.
             tokio::task::spawn_local(async move {
                 let session = format!("{}-{number}", std::process::id());
-                let Place { rig, newcomer, .. } = &place;
+                let ClientPlace { rig, newcomer, .. } = &place;
                 if let Some(peer) = peer_of(&stream, session, &names).await {
                     session::run(Rc::clone(rig), stream, number, peer, rights, newcomer.clone()).await;
                 }
@@ -180,13 +183,13 @@ impl Server {
 }
 
 /// A client's place, returned however its session ends.
-struct Place {
+struct ClientPlace {
     places: Rc<Places>,
     newcomer: Option<Rc<Newcomer>>,
     rig: Rc<RigHandle>,
 }
 
-impl Place {
+impl ClientPlace {
     fn take(places: Rc<Places>, newcomer: Option<Rc<Newcomer>>, rig: &Rc<RigHandle>) -> Self {
         if newcomer.is_none() {
             places.clients.set(places.clients.get() + 1);
@@ -200,7 +203,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for ClientPlace {
     fn drop(&mut self) {
         match &self.newcomer {
             Some(newcomer) => self.places.give_back(newcomer),

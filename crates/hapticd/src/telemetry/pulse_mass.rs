@@ -120,7 +120,7 @@ mod tests {
 
     /// A rig, and the force of its pulse.
     #[derive(Clone, Copy, Debug)]
-    struct Rig {
+    struct TestRig {
         mass_kg: f64,
         friction_n: f64,
         force_n: f64,
@@ -135,8 +135,8 @@ mod tests {
     const STEP_S: f64 = 2e-5;
     const STEPS_OF_A_TICK: usize = 50;
 
-    /// A pulse as [`Rig`] shows it to the ticks, until it rests.
-    fn pushed(rig: Rig) -> Vec<Seen> {
+    /// A pulse as [`TestRig`] shows it to the ticks, until it rests.
+    fn pushed(rig: TestRig) -> Vec<Seen> {
         let smooth = |share: f64| share * share * (3.0 - 2.0 * share);
         let (mut position_m, mut velocity_mps) = (0.37 * rig.resolution_m, 0.0_f64);
         let read = |position_m: f64| (position_m / rig.resolution_m).round() * rig.resolution_m;
@@ -188,10 +188,10 @@ mod tests {
             mass_kg in within(0.02, 3.0), friction_n in within(0.02, 0.8), beyond in 1.5..1.9_f64,
             resolution_m in within(1e-5, 1e-4), round_trip in 50..200_usize, share_down in 10..90_usize,
             phase in 0..STEPS_OF_A_TICK,
-        ) -> Rig {
+        ) -> TestRig {
             let down = round_trip * share_down / 100;
             let force_n = (beyond * friction_n.max(0.2)).min(2.0);
-            Rig { mass_kg, friction_n, force_n, resolution_m, down, up: round_trip - down, phase }
+            TestRig { mass_kg, friction_n, force_n, resolution_m, down, up: round_trip - down, phase }
         }
     }
 
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn light_mass_is_measured_within_a_tenth() {
-        let rig = Rig {
+        let rig = TestRig {
             mass_kg: 0.02,
             friction_n: 0.1,
             force_n: 0.3,

@@ -128,7 +128,7 @@ fn main() -> ExitCode {
     let options = Options::parse();
     let place = options.place.place();
     fake::run("fake-rig", &options.program, &options.fault, (place, 0), |line| {
-        Rig::new(&options, line)?.run()
+        SimulatedRig::new(&options, line)?.run()
     })
 }
 
@@ -160,7 +160,7 @@ const HELD_UP_NS: u64 = 300_000;
 /// stamps together the time since is known.
 const LONG_HELD_UP_NS: u64 = 20_000_000;
 
-struct Rig {
+struct SimulatedRig {
     messages: Messages,
     firmware: Firmware,
     version: Option<u8>,
@@ -172,7 +172,7 @@ struct Rig {
     due_ns: u64,
 }
 
-impl Rig {
+impl SimulatedRig {
     fn new(options: &Options, line: FaultyLine) -> io::Result<Self> {
         let (mechanics, force_limit_n) = options.plant.mechanics(&options.program).map_err(io::Error::other)?;
         let properties = FirmwareProperties {

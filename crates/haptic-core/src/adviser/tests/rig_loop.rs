@@ -8,13 +8,13 @@ use proptest::prelude::*;
 
 /// A rig whose motor gives the force of each sample after a delay, as long as the next one is not
 /// there.
-struct Rig {
+struct TestRig {
     facts: RigFacts,
     place: f64,
     speed: f64,
 }
 
-impl Rig {
+impl TestRig {
     /// Moves on under a constant force, N.
     fn advance(&mut self, time_s: f64, force: f64) {
         let (mass, damping) = (self.facts.mass.expect("a mass"), self.facts.damping);
@@ -33,7 +33,7 @@ impl Rig {
 fn growth(scene: &Scene, facts: RigFacts) -> f64 {
     let t = facts.period_s;
     let mut wall = Renderer::new(scene, Scheme::Exact, t).expect("a valid scene");
-    let mut rig = Rig {
+    let mut rig = TestRig {
         facts,
         place: 0.0,
         speed: 1e-6,

@@ -13,7 +13,7 @@ use alloc::sync::Arc;
 
 /// A place on the path.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct PathPlace {
     direction: Direction,
     /// `X`.
     at: f64,
@@ -39,7 +39,7 @@ pub(crate) struct PathBristle<M> {
     force: f64,
     /// Where it is on the path, once it moves on it; that says more than the force does, which
     /// hardly changes near the end.
-    place: Option<Place>,
+    place: Option<PathPlace>,
 }
 
 impl<M: MasterLaw> PathBristle<M> {
@@ -116,7 +116,7 @@ impl<M: MasterLaw> LawContact for PathBristle<M> {
 
     fn archive(&mut self, archive: &mut Archive<'_>) {
         archive.number("force_N", &mut self.force);
-        let blank = Place {
+        let blank = PathPlace {
             direction: Direction::Positive,
             at: 0.0,
             cell: 0,
@@ -161,7 +161,7 @@ impl<M: MasterLaw> DeviceContact for PathBristle<M> {
                     self.force = sign * end * limit;
                 }
                 let (at, cell) = self.path.find(sign * self.force / limit);
-                Place { direction, at, cell }
+                PathPlace { direction, at, cell }
             }
         };
         let from = place;

@@ -61,7 +61,7 @@ impl Handle {
 
 /// A rig and what is compensated of it.
 #[derive(Clone, Copy, Debug)]
-struct Rig {
+struct TestRig {
     /// Real friction over the identified one.
     real: f64,
     share: f64,
@@ -74,7 +74,7 @@ struct Rig {
 }
 
 /// Runs a rig whose handle is pushed once, from 1 s to 1.02 s; returns its velocities.
-fn push(rig: Rig, force_n: f64, steps: usize) -> Vec<f64> {
+fn push(rig: TestRig, force_n: f64, steps: usize) -> Vec<f64> {
     let mut scene = Scene::paper();
     if rig.surface {
         scene.coupling.as_mut().expect("a coupling").stiffness = 1000.0;
@@ -124,8 +124,8 @@ prop_compose! {
     fn rig()(
         real in 0.5..1.3f64, share in 0.0..=MAX_SHARE, resolution in prop::sample::select(&[1e-6, 1e-5, 4e-5][..]),
         delay in 0..3_usize, mass in 0.3..3.0f64, surface in any::<bool>(),
-    ) -> Rig {
-        Rig { real, share, resolution, delay, mass, surface }
+    ) -> TestRig {
+        TestRig { real, share, resolution, delay, mass, surface }
     }
 }
 

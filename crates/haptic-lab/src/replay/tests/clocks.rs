@@ -47,7 +47,7 @@ const LIES: [Lie; 6] = [
 ];
 
 /// A device and the loop that reads it.
-struct Rig<V> {
+struct TestRig<V> {
     link: Link,
     rng: Rng,
     now_ns: u64,
@@ -64,7 +64,7 @@ struct Rig<V> {
     hand: [f64; 3],
 }
 
-impl<V: Vector> Rig<V> {
+impl<V: Vector> TestRig<V> {
     fn new(link: Link, rng: Rng) -> Self {
         let mut rng = rng;
         let first = Measurement::new(rng.u32(..), rng.u64(0..1 << 40), V::ZERO);
@@ -183,7 +183,7 @@ fn session<V: Vector>(seed: u64, link: Link) -> ReplayedSession<V> {
     scenes.retain(|scene| V::Renderer::new(scene, setup.scheme, setup.settings.period_s).is_ok());
     let scene = |rng: &mut Rng| scenes[rng.usize(0..scenes.len())].clone();
     let mut session = ReplayedSession::of(setup, scene(&mut rng));
-    let mut rig = Rig::new(link, rng.fork());
+    let mut rig = TestRig::new(link, rng.fork());
     let mut pause = rng.u32(150..900);
     for _ in 0..LENGTH {
         let measured = Some(rig.tick());

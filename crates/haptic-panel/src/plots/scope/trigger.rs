@@ -293,12 +293,12 @@ mod tests {
 
     /// A trigger on a force that rises above 3 N, with a quarter of the second seen before it, fed
     /// as batches of ten samples, 1000 a second.
-    struct Rig {
+    struct TestRig {
         trigger: Trigger,
         tape: Tape,
     }
 
-    impl Rig {
+    impl TestRig {
         fn new(mode: Mode) -> Self {
             let mut trigger = Trigger {
                 share_before: 0.25,
@@ -337,7 +337,7 @@ mod tests {
 
     #[test]
     fn a_rising_edge_is_caught_with_its_past_and_its_future() {
-        let mut rig = Rig::new(Mode::Single);
+        let mut rig = TestRig::new(Mode::Single);
         rig.feel(0, 1340, |ms| if ms < 600 { 0.0 } else { 5.0 });
         assert_eq!(rig.caught_ms(), None, "the future is not there yet");
         assert_eq!(rig.trigger.state_text(), "Triggered");
@@ -379,7 +379,7 @@ mod tests {
 
     #[test]
     fn an_edge_without_enough_of_a_past_does_not_count() {
-        let mut rig = Rig::new(Mode::Single);
+        let mut rig = TestRig::new(Mode::Single);
         // Rises at 200, 600 and 1000 ms; at the first there are but 200 ms of a past of 250.
         rig.feel(0, 3000, square);
         assert_eq!(rig.caught_ms(), Some(600.0));
@@ -387,7 +387,7 @@ mod tests {
 
     #[test]
     fn a_falling_edge_is_another() {
-        let mut rig = Rig::new(Mode::Single);
+        let mut rig = TestRig::new(Mode::Single);
         rig.trigger.edge = Edge::Falling;
         rig.feel(0, 3000, square);
         assert_eq!(rig.caught_ms(), Some(400.0));
@@ -404,7 +404,7 @@ mod tests {
     #[test]
     fn ripple_on_the_level_does_not_fire() {
         for (edge, at_ms) in [(Edge::Rising, 300.0), (Edge::Falling, 500.0)] {
-            let mut rig = Rig::new(Mode::Single);
+            let mut rig = TestRig::new(Mode::Single);
             rig.trigger.edge = edge;
             rig.trigger.level = if edge == Edge::Rising { 3.0 } else { 2.9 };
             for second in (1..20_u32).step_by(2) {
@@ -420,7 +420,7 @@ mod tests {
 
     #[test]
     fn a_small_signal_fires_once_a_large_one_is_long_past() {
-        let mut rig = Rig::new(Mode::Single);
+        let mut rig = TestRig::new(Mode::Single);
         rig.feel(0, 2000, |ms| if ms < 1000 { 0.0 } else { 20.0 });
         rig.trigger.arm();
         rig.feel(2000, 3000, |_| 2.5);
@@ -434,10 +434,10 @@ mod tests {
 
     #[test]
     fn normal_goes_on_to_the_next_and_single_waits_to_be_armed() {
-        let mut normal = Rig::new(Mode::Normal);
+        let mut normal = TestRig::new(Mode::Normal);
         normal.feel(0, 3000, square);
         assert!(normal.caught_ms() > Some(600.0));
-        let mut single = Rig::new(Mode::Single);
+        let mut single = TestRig::new(Mode::Single);
         single.feel(0, 3000, square);
         single.trigger.arm();
         single.feel(3000, 4000, square);
@@ -446,12 +446,12 @@ mod tests {
 
     #[test]
     fn automatic_runs_while_nothing_happens() {
-        let mut rig = Rig::new(Mode::Auto);
+        let mut rig = TestRig::new(Mode::Auto);
         rig.feel(0, 2000, square);
         assert!(rig.trigger.caught().is_some());
         rig.feel(2000, 6000, |_| 0.0);
         assert!(rig.trigger.caught().is_none());
-        let mut normal = Rig::new(Mode::Normal);
+        let mut normal = TestRig::new(Mode::Normal);
         normal.feel(0, 2000, square);
         normal.feel(2000, 6000, |_| 0.0);
         assert!(normal.trigger.caught().is_some());

@@ -26,7 +26,7 @@ fn chance(seed: u64) -> f64 {
     (mixed ^ (mixed >> 32)) as f64 / u64::MAX as f64
 }
 
-struct Rig {
+struct TestRig {
     plant: Plant,
     /// How the motor is wired.
     sign: f64,
@@ -41,7 +41,7 @@ struct Rig {
     pulses: u64,
 }
 
-impl Rig {
+impl TestRig {
     fn new(properties: &RigProperties, hand: Hand, sign: f64, phase_s: f64, along: Option<Plane>) -> Self {
         let mut plant = Plant::new(properties, hand);
         // The hand has moved it for a while.
@@ -176,7 +176,7 @@ fn moving_hand_never_makes_a_reversed_motor_look_right() {
         };
         let largest_n = [0.4, 2.0][(seed / 3 % 2) as usize];
         let setup = format!("{hand} on {properties:?}, {largest_n} N");
-        let mut rig = Rig::new(&properties, hand, -1.0, 1.0 + of(6) / frequency_hz, some_line(seed));
+        let mut rig = TestRig::new(&properties, hand, -1.0, 1.0 + of(6) / frequency_hz, some_line(seed));
         match rig.commissioned(largest_n) {
             Ok(()) => panic!("case {seed}: {setup}: a reversed motor looks right"),
             Err(why) => refused.push(why),
@@ -200,7 +200,7 @@ fn resting_rig_of_any_usual_kind_is_found_right_or_reversed() {
             ..RigProperties::default()
         };
         for sign in [1.0, -1.0] {
-            let mut rig = Rig::new(&properties, Hand::Free, sign, 1.0, some_line(seed));
+            let mut rig = TestRig::new(&properties, Hand::Free, sign, 1.0, some_line(seed));
             let found = rig.commissioned(2.0);
             if sign > 0.0 {
                 assert_eq!(found, Ok(()), "case {seed}: {properties:?} after {} pulses", rig.pulses);

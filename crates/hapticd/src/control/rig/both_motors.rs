@@ -161,13 +161,13 @@ mod tests {
 
     /// A rig with a mass at the hand and with friction and inertia at its motors.
     #[derive(Clone, Copy, Debug)]
-    struct Rig {
+    struct TestRig {
         mass_kg: f64,
         inertias: [f64; 2],
         frictions: [f64; 2],
     }
 
-    impl Rig {
+    impl TestRig {
         /// Inverse of the motors' inertia matrix: both diagonals, and what is beside them.
         fn mobility(&self, columns: [Plane; 2]) -> ([f64; 2], f64) {
             let [first, second] =
@@ -208,11 +208,11 @@ mod tests {
         }
     }
 
-    fn rig() -> impl Strategy<Value = Rig> {
+    fn rig() -> impl Strategy<Value = TestRig> {
         let inertia = || 1e-6..1e-3_f64;
         let friction = || 1e-3..0.05_f64;
         (0.0..0.5_f64, (inertia(), inertia()), (friction(), friction())).prop_map(|(mass_kg, inertias, frictions)| {
-            Rig {
+            TestRig {
                 mass_kg,
                 inertias: inertias.into(),
                 frictions: frictions.into(),
