@@ -24,8 +24,11 @@ use egui_plot::PlotResponse;
 const TIME_LABEL_HEIGHT: f32 = 18.0;
 const RIBBON_HEIGHT: f32 = 10.0;
 
-/// Lowest height of a plot with room for the name of its axis, points.
-const LOWEST_PLOT: f32 = 100.0;
+/// Lowest height of a plot, points: three fit into a window of 1280 x 760 under a reading of two cursors.
+const LOWEST_PLOT: f32 = 60.0;
+
+/// Lowest height of a plot with room for the name of its axis, points. A lower one has its unit: the legend has names.
+const NAMED_PLOT: f32 = 100.0;
 
 /// Width of the trigger's lines, points.
 const MARK_WIDTH: f32 = 1.0;
@@ -366,13 +369,18 @@ fn show_one(
     let name = format!("{} plot", scope.plots.name(place));
     let plot = &mut scope.plots.plots_mut()[place];
     plot.axis.saw(chart.up);
+    let axis_name = if inner < NAMED_PLOT {
+        plot.unit()
+    } else {
+        &chart.labels[1]
+    };
     let cursor_group = egui::Id::unique("time of the plots");
     let shown = frame::plot(&format!("plot {}", plot.id), height, inner, DEFAULT_COUNT, aside)
         .width(width - RIGHT_MARGIN)
         .show_axes([has_time, true])
         .link_cursor(cursor_group, [true, false])
         .x_axis_label(if has_time { chart.labels[0].as_str() } else { "" })
-        .y_axis_label(chart.labels[1].as_str())
+        .y_axis_label(axis_name)
         .sense(Sense::drag());
     let mut response = shown.show(ui, |plot| frame::draw(plot, chart, palette));
     response.response = response.response.accessible_name(name);
