@@ -90,6 +90,10 @@ fn a_scene_that_would_chatter_is_not_engaged() {
     assert_eq!(output.status.code(), Some(1));
     let message = stderr(&output);
     assert!(message.contains("--anyway"), "{message}");
+    // A stop comes before what may be done all the same.
+    daemon.ctl_ok(&["stop"]);
+    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::Stopped);
+    daemon.ctl_ok(&["reset"]);
     daemon.ctl_ok(&["engage", "--anyway", "--wait"]);
     let _: StateReply = client.request(Request::Release {}).expect("it has force");
     wait_for_state(&mut client, RigState::Idle);

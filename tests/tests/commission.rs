@@ -258,12 +258,24 @@ fn with_uncommissioned_in_the_configuration_any_rig_engages() {
 fn a_failed_save_is_reported_and_leaves_the_rig_uncommissioned() {
     let directory = tempfile::tempdir().expect("a directory");
     // A file stands where the directory should be: not even root can write there.
-    let state = directory.path().join("state");
-    std::fs::write(&state, "").expect("a file");
-    let state = state.to_str().expect("a plain path");
+    let folder = directory.path().join("state");
+    std::fs::write(&folder, "").expect("a file");
+    let state = folder.to_str().expect("a plain path");
     let arguments = ["--hand", "free", "--ramp-ms", "20", "--state-dir", state];
     let daemon = Daemon::start_at(&directory.path().join("control.sock"), &arguments);
+    // Before the first pulse.
+    let error = refused(
+        &mut daemon.client(),
+        Request::CommissionBegin {
+            motor: None,
+            check: None,
+        },
+    );
+    assert_eq!(error.code, ErrorCode::StateFile, "{error}");
+    std::fs::remove_file(&folder).expect("it is ours");
     let mut client = begun(&daemon);
+    std::fs::remove_dir_all(&folder).expect("it holds a directory");
+    std::fs::write(&folder, "").expect("a file");
     for force_n in [PUSH_N, -PUSH_N].into_iter().cycle().take(8) {
         let _: CommissionReply = client.request(pulse(force_n, 100.0)).expect("it is at rest");
         after_the_pulse(&mut client);

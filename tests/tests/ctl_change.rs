@@ -1,5 +1,6 @@
 //! Changing scenes from the command line: conditions, ramps, ticks to come, relative changes, the library and files.
 
+use haptic_ipc::{Request, Timing};
 use serde_json::{Value, json};
 use system_tests::{Daemon, status};
 
@@ -17,6 +18,13 @@ fn change_accepts_if_revision_ramp_and_dry_run() {
     let ticks = ramped["ramp_ends_tick"].as_u64().expect("its end") - ramped["tick"].as_u64().expect("its beginning");
     assert!((49..=51).contains(&ticks), "{ramped}");
     daemon.ctl_refused(&["set", "mass=3", "--if-revision", "1"], 1, "revision 2");
+    // A condition on the value holds at once: `--wait` is for the ramp.
+    let ramped = daemon.ctl_json(&["set", "mass=3", "--ramp", "300ms", "--wait"]);
+    let timing: Timing = daemon.client().request(Request::Timing {}).expect("it answers");
+    assert!(
+        timing.since_start.ticks >= ramped["ramp_ends_tick"].as_u64().expect("its end"),
+        "{ramped}"
+    );
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use system_tests::relay::Relay;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, bring_to, process, wait_for_state};
+use system_tests::{Daemon, binary, bring_to, journal, process, status, wait_for_state};
 
 fn top(daemon: &Daemon, no_color: &str) -> Terminal {
     top_at(daemon.socket(), no_color)
@@ -193,7 +193,8 @@ fn a_stop_that_a_hung_daemon_does_not_confirm_says_so() {
     process::signal(daemon.pid(), Signal::STOP);
     // Before anybody presses anything.
     top.wait_for("the silence", |screen| {
-        screen.contains("no word from the daemon for 0.5 s: if the motor pulls, cut its power")
+        screen.contains("no word from the daemon for ")
+            && screen.contains(" s: if the motor pulls, cut its power")
             && screen.contains("ENGAGED, last")
     });
     top.type_in(" ");
@@ -204,4 +205,26 @@ fn a_stop_that_a_hung_daemon_does_not_confirm_says_so() {
     );
     process::signal(daemon.pid(), Signal::CONT);
     top.wait_for("its answer", |screen| screen.contains("stop confirmed at tick"));
+}
+
+// hazard: H4
+#[test]
+fn an_engage_on_a_hung_daemon_brings_no_force_later() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    let mut top = top(&daemon, "");
+    process::signal(daemon.pid(), Signal::STOP);
+    // Before anybody knows, and withdrawn; and when top knows it.
+    top.type_in("e");
+    top.wait_for("the silence", |screen| screen.contains("no word from the daemon"));
+    top.type_in("e");
+    top.wait_for("the refusal", |screen| screen.contains("engage is not sent"));
+    top.wait_for("the withdrawal", |screen| screen.contains("engage is withdrawn"));
+    process::signal(daemon.pid(), Signal::CONT);
+    top.wait_for("its answer", |screen| {
+        screen.contains("IDLE") && !screen.contains("IDLE, last")
+    });
+    assert_eq!(status(&mut client).state, RigState::Idle);
+    let entries = journal(&mut client);
+    assert!(entries.iter().all(|entry| entry.op != "engage"), "{entries:?}");
 }

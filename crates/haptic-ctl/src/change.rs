@@ -4,7 +4,7 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::scene::reference;
 use crate::units::duration;
-use crate::{output, schedule};
+use crate::{output, schedule, wait};
 use clap::Args;
 use haptic_core::ParameterKey;
 use haptic_ipc::quantity::readable;
@@ -21,6 +21,10 @@ pub(crate) struct ChangeArguments {
     /// Duration of the change, at most 10s [default: 0s]
     #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
     ramp: Option<Duration>,
+
+    /// Wait until the ramp has ended
+    #[arg(long, requires = "ramp")]
+    pub(crate) wait: bool,
 
     /// Show the change and its advice, and change nothing
     #[arg(long)]
@@ -48,8 +52,9 @@ impl ChangeArguments {
     }
 }
 
-/// Asks for a change and shows the answer; waits for its tick if it has one, since it ends with its client.
-pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
+/// Asks for a change and shows the answer; waits for its tick if it has one, since it ends with its client, and where
+/// that is wanted for the end of its ramp.
+pub(crate) async fn run(daemon: &mut Daemon, request: Request, waits: bool, json: bool) -> Result<(), Failure> {
     match &request {
         // Before it is asked for: the journal reports one with a tick.
         Request::Set { options, .. } | Request::SceneLoad { options, .. } if options.at_tick.is_some() => {
@@ -64,8 +69,11 @@ pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
     } else {
         show(&reply, is_set)?;
     }
-    match reply.at_tick {
-        Some(_) => schedule::until_rendered(daemon, reply.revision, json).await,
+    if reply.at_tick.is_some() {
+        schedule::until_rendered(daemon, reply.revision, json).await?;
+    }
+    match reply.ramp_ends_tick.filter(|_| waits) {
+        Some(last) => wait::until_tick(daemon, last).await,
         None => Ok(()),
     }
 }

@@ -20,7 +20,7 @@ pub(crate) struct Arguments {
     by: bool,
 
     #[command(flatten)]
-    change: ChangeArguments,
+    pub(crate) change: ChangeArguments,
 }
 
 impl Arguments {

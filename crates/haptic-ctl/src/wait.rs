@@ -25,7 +25,8 @@ pub(crate) fn help() -> String {
     format!(
         "Fields: {}; and the parameters of the scene by name or symbol. Numbers may have units \
          (device_position_m>1cm). A contact is a \
-         number or one of {}. Quote a word with spaces.\n\n\
+         number or one of {}. A parameter is that of the newest change, also while a ramp leads to it: `set --ramp TIME \
+         --wait` ends with the ramp. Quote a word with spaces.\n\n\
          Example:\n  haptic-ctl wait --until 'state=engaged and device_position_m>1cm' --timeout 5s",
         condition::fields(),
         condition::words("contact").join(", ")
@@ -55,6 +56,14 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         state.revision,
         known.tick().unwrap_or_default()
     ))
+}
+
+/// Waits for a tick, however long.
+pub(crate) async fn until_tick(daemon: &mut Daemon, tick: u64) -> Result<(), Failure> {
+    let condition: Condition = format!("tick>={tick}").parse().map_err(Failure::Usage)?;
+    subscribe(daemon, &condition).await?;
+    until(daemon, &condition, None).await?;
+    Ok(())
 }
 
 /// Subscribes to what the condition needs. From here on nothing is missed.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import operator
 import os
 import socket
 import struct
@@ -219,10 +220,13 @@ def encoded(request: Mapping[str, Any]) -> bytes:
     """A line of a request.
 
     Raises:
-        InvalidValue: A number is not finite: JSON has no such numbers.
+        InvalidValue: A number is not finite, or a value is of a type that JSON does not have.
     """
     try:
         return json.dumps(request, allow_nan=False, default=_plain).encode() + b"\n"
+    except TypeError:
+        name, value = next(_of_no_type("", request), ("a value", "it"))
+        raise invalid(name, f"{name} = {value!r} is not a number, a text, a list or an object") from None
     except ValueError:
         name, value = next(_not_finite("", request), ("a value", "it"))
         raise invalid(name, f"{name} = {value} is not a finite number", "not_finite") from None
@@ -230,11 +234,29 @@ def encoded(request: Mapping[str, Any]) -> bytes:
 
 def _plain(value: Any) -> Any:
     """A number of another kind, as numpy's, as one of JSON."""
-    if hasattr(value, "__index__"):
-        return int(value)
-    if hasattr(value, "__float__"):
+    if str(getattr(value, "dtype", "")) == "bool":
+        return bool(value)
+    # An array of one number that is not whole has the method as well, and refuses.
+    with contextlib.suppress(TypeError):
+        return operator.index(value)
+    try:
         return float(value)
-    raise TypeError(f"{value!r} is not a number, a text, a list or an object")
+    except (TypeError, ValueError):
+        raise TypeError from None
+
+
+def _of_no_type(name: str, value: object) -> Iterator[tuple[str, object]]:
+    if isinstance(value, Mapping):
+        for key, each in value.items():
+            yield from _of_no_type(str(key), each)
+    elif isinstance(value, list | tuple):
+        for each in value:
+            yield from _of_no_type(name, each)
+    elif value is not None and not isinstance(value, str | int | float):
+        try:
+            _plain(value)
+        except TypeError:
+            yield name, value
 
 
 def _not_finite(name: str, value: object) -> Iterator[tuple[str, float]]:

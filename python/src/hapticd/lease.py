@@ -23,6 +23,7 @@ class Lease:
         self.timeout_ms = timeout_ms
         self._connection = connection
         self._renewed_s = time.monotonic()
+        self._renewing = threading.Lock()
         connection.request("lease", {"timeout_ms": timeout_ms})
         entries = connection.request("log", {"limit": 1})["entries"]
         self._journal_seq: int = entries[-1]["seq"] if entries else 0
@@ -35,7 +36,8 @@ class Lease:
         # Four renewals in the time: one may come late.
         while not self._ended.wait(self.timeout_ms / 4000):
             try:
-                self._renew()
+                with self._renewing:
+                    self._renew()
             except HapticdError:
                 # The connection is lost, and so the lease has lapsed: the next request says why.
                 return
@@ -47,7 +49,7 @@ class Lease:
         if silent_s * 1e3 >= self.timeout_ms and self._has_lapsed():
             self._lapsed = LeaseLapsed(
                 f"hapticd has released the rig: this program was silent for {silent_s * 1e3:.0f} ms, "
-                f"and its lease is {self.timeout_ms} ms"
+                f"and its lease is {self.timeout_ms} ms; it holds again from now on"
             )
 
     def _has_lapsed(self) -> bool:
@@ -63,7 +65,11 @@ class Lease:
         Raises:
             LeaseLapsed: The daemon has released the rig, because this program was silent.
         """
-        lapsed, self._lapsed = self._lapsed, None
+        # Before what is asked for now, however this program goes on after it was held up.
+        with self._renewing:
+            if (time.monotonic() - self._renewed_s) * 1e3 >= self.timeout_ms:
+                self._renew()
+            lapsed, self._lapsed = self._lapsed, None
         if lapsed is not None:
             raise lapsed
 

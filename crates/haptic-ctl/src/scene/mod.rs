@@ -113,7 +113,7 @@ impl Command {
     pub(crate) async fn run(&self, daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
         match self {
             Self::List => list(daemon, request, json).await,
-            Self::Load { .. } => change::run(daemon, request, json).await,
+            Self::Load { change, .. } => change::run(daemon, request, change.wait, json).await,
             Self::Save(_) => saved(daemon, request, json, |reply| place(&reply)).await,
             Self::Rename(rename) => {
                 saved(daemon, request, json, |reply| {

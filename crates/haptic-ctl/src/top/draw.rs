@@ -93,7 +93,7 @@ fn draw_title(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     frame.render_widget(Paragraph::new(format!(" {}", model.daemon.server)), left);
     if let Some(rig) = model.daemon.rig() {
         let mut shown = rig.state.to_string().to_uppercase();
-        if model.message.as_ref().is_some_and(Message::is_of_silence) {
+        if model.is_silent() {
             shown.push_str(", last");
         }
         let style = theme.state(rig.state);

@@ -18,17 +18,21 @@ use crossterm::terminal::enable_raw_mode;
 use haptic_ipc::{Request, StateReply, Status, SubscribeReply, Topic, socket_path};
 use model::{Intent, Model, lock};
 use picture::Picture;
+use serde::de::DeserializeOwned;
 use std::io::{self, IsTerminal};
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc;
 
 /// How often it is asked for what no event reports: the link, the thread, the clients.
 const STATUS_EVERY: Duration = Duration::from_millis(500);
+
+/// How long a request that may bring force waits for its answer.
+const WITHDRAWN_AFTER: Duration = Duration::from_secs(2);
 
 /// What was answered.
 enum Answer {
@@ -98,8 +102,8 @@ struct Screen {
     /// Stops so far.
     stops: Arc<AtomicU64>,
     status_pending: bool,
-    /// An event has come since the status was last due.
-    has_event: bool,
+    /// When the last event came.
+    last_event: Instant,
 }
 
 impl Screen {
@@ -107,8 +111,8 @@ impl Screen {
     async fn start(daemon: &Daemon, socket: Option<&Path>) -> Result<Self, Failure> {
         let (answering, answers) = mpsc::channel(8);
         let stops = Arc::new(AtomicU64::new(0));
-        let asking = answered(Daemon::connect(socket).await?, answering.clone(), Arc::clone(&stops));
-        let stopping = answered(Daemon::connect(socket).await?, answering, Arc::clone(&stops));
+        let asking = answered(Asker::connect(socket).await?, answering.clone(), Arc::clone(&stops));
+        let stopping = answered(Asker::connect(socket).await?, answering, Arc::clone(&stops));
         let mut title = daemon.hello().server.clone();
         if let Some(rig) = socket_path::name_of(&socket_path::for_client(socket)) {
             title = format!("rig {rig}, {title}");
@@ -128,7 +132,7 @@ impl Screen {
             answers,
             stops,
             status_pending: false,
-            has_event: false,
+            last_event: Instant::now(),
         })
     }
 
@@ -139,7 +143,7 @@ impl Screen {
             tokio::select! {
                 event = daemon.regular_event() => match event {
                     Ok(event) => {
-                        self.has_event = true;
+                        self.last_event = Instant::now();
                         lock(&self.model).take(event);
                     }
                     Err(failure) => return Err(lock(&self.model).lost(failure)),
@@ -152,8 +156,8 @@ impl Screen {
                 Some(answer) = self.answers.recv() => self.answer(answer),
                 _ = status.tick() => if !self.status_pending {
                     self.status_pending = self.asking.try_send((Intent::Look, 0)).is_ok();
-                } else if !std::mem::take(&mut self.has_event) {
-                    lock(&self.model).silent(STATUS_EVERY);
+                } else if self.last_event.elapsed() >= STATUS_EVERY {
+                    lock(&self.model).silent(self.last_event.elapsed());
                     self.picture.draw_now();
                 },
                 failure = self.picture.failed() => return Err(failure),
@@ -175,6 +179,10 @@ impl Screen {
         }
         match intent {
             Some(Intent::Quit) => return ControlFlow::Break(()),
+            // Nothing brings force by itself, when the daemon goes on.
+            Some(intent) if intent.may_bring_force() && lock(&self.model).is_silent() => {
+                lock(&self.model).unsent(intent, "not sent")
+            }
             Some(intent) if queue.try_send((intent, before)).is_err() => lock(&self.model).hung(),
             Some(_) => {}
             None => lock(&self.model).help_key(key),
@@ -219,9 +227,41 @@ fn read_keys(typing: &mpsc::Sender<KeyEvent>) {
     }
 }
 
+/// A connection that asks, made again after one that was given up.
+struct Asker {
+    socket: Option<PathBuf>,
+    daemon: Option<Daemon>,
+}
+
+impl Asker {
+    async fn connect(socket: Option<&Path>) -> Result<Self, Failure> {
+        Ok(Self {
+            daemon: Some(Daemon::connect(socket).await?),
+            socket: socket.map(Path::to_path_buf),
+        })
+    }
+
+    async fn ask<R: DeserializeOwned>(&mut self, request: Request) -> Result<R, Failure> {
+        let daemon = match &mut self.daemon {
+            Some(daemon) => daemon,
+            None => self.daemon.insert(Daemon::connect(self.socket.as_deref()).await?),
+        };
+        daemon.ask(request).await
+    }
+
+    /// Asks for what may bring force, and withdraws it with the connection where no answer comes soon: a daemon that
+    /// goes on later must not carry it out then.
+    async fn ask_now(&mut self, request: Request) -> Result<StateReply, Failure> {
+        let asked = tokio::time::timeout(WITHDRAWN_AFTER, self.ask(request)).await;
+        let answer = asked.unwrap_or(Err(Failure::NoAnswer(WITHDRAWN_AFTER)));
+        self.daemon.take_if(|_| matches!(answer, Err(Failure::NoAnswer(_))));
+        answer
+    }
+}
+
 /// Asks on a connection of its own what is sent to it, one request after the other. Each comes with the number of
 /// stops before it: one that switches the force is void after another stop.
-fn answered(mut daemon: Daemon, answering: mpsc::Sender<Answer>, stops: Arc<AtomicU64>) -> mpsc::Sender<(Intent, u64)> {
+fn answered(mut daemon: Asker, answering: mpsc::Sender<Answer>, stops: Arc<AtomicU64>) -> mpsc::Sender<(Intent, u64)> {
     let (asking, mut asked) = mpsc::channel::<(Intent, u64)>(8);
     tokio::spawn(async move {
         while let Some((intent, before)) = asked.recv().await {
@@ -232,6 +272,10 @@ fn answered(mut daemon: Daemon, answering: mpsc::Sender<Answer>, stops: Arc<Atom
                 None => continue,
                 Some(request @ Request::Status {}) => {
                     daemon.ask(request).await.map(|status| Answer::Status(Box::new(status)))
+                }
+                Some(request) if intent.may_bring_force() => {
+                    let reply = daemon.ask_now(request).await;
+                    reply.map(|reply| Answer::Moved(intent, reply))
                 }
                 Some(request) => {
                     let reply = daemon.ask(request);

@@ -41,9 +41,14 @@ impl Intent {
         }
     }
 
-    /// Whether a stop overtook it: an Engage or a Reset of before the stop could bring the force back.
+    /// Whether it brings force, or lets others bring it.
+    pub(super) const fn may_bring_force(self) -> bool {
+        matches!(self, Self::Engage | Self::Reset)
+    }
+
+    /// Whether a stop overtook it: what was asked for before the stop could bring the force back.
     pub(super) const fn is_void(self, stops_before: u64, stops: u64) -> bool {
-        matches!(self, Self::Engage | Self::Reset) && stops_before != stops
+        self.may_bring_force() && stops_before != stops
     }
 
     pub(super) const fn request(self) -> Option<Request> {
@@ -74,6 +79,8 @@ pub(super) enum Of {
     Refusal,
     /// The daemon does not answer.
     Silence,
+    /// It does not answer, and was not asked for what a key wants.
+    Unsent,
     /// It has not confirmed a stop yet.
     StopLate,
     /// It has not confirmed a stop, and nobody waits for that any more.
@@ -87,7 +94,7 @@ impl Message {
 
     /// Whether the state that is shown is the last that came.
     pub(super) const fn is_of_silence(&self) -> bool {
-        matches!(self.of, Of::Silence | Of::StopLate | Of::StopLost)
+        matches!(self.of, Of::Silence | Of::Unsent | Of::StopLate | Of::StopLost)
     }
 }
 
@@ -184,6 +191,7 @@ impl Model {
     pub(super) fn refused(&mut self, intent: Intent, failure: &Failure) {
         let of = match failure {
             Failure::NoAnswer(_) if intent == Intent::Stop => Of::StopLost,
+            Failure::NoAnswer(_) if intent.may_bring_force() => return self.unsent(intent, "withdrawn"),
             Failure::NoAnswer(_) => Of::Silence,
             _ => Of::Refusal,
         };
@@ -197,16 +205,28 @@ impl Model {
     /// The daemon has neither answered nor reported anything for a time.
     pub(super) fn silent(&mut self, time: Duration) {
         let text = format!(
-            "no word from the daemon for {} s: if the motor pulls, cut its power",
+            "no word from the daemon for {:.1} s: if the motor pulls, cut its power",
             time.as_secs_f64()
         );
         self.say_silent(text);
     }
 
+    /// Whether what is shown is of a daemon that does not answer.
+    pub(super) fn is_silent(&self) -> bool {
+        self.message.as_ref().is_some_and(Message::is_of_silence)
+    }
+
+    /// A key wants what a silent daemon is not asked for, or no longer.
+    pub(super) fn unsent(&mut self, intent: Intent, what: &str) {
+        let wanted = if intent == Intent::Engage { "engage" } else { "reset" };
+        let text = format!("{wanted} is {what}: no word from the daemon; if the motor pulls, cut its power");
+        self.say(Of::Unsent, text);
+    }
+
     fn say_silent(&mut self, text: String) {
         let shown = self.message.as_ref().map(|message| message.of);
-        // What is shown of a stop says more.
-        if !matches!(shown, Some(Of::StopLate | Of::StopLost)) {
+        // What is shown of a key says more.
+        if !matches!(shown, Some(Of::StopLate | Of::StopLost | Of::Unsent)) {
             self.say(Of::Silence, text);
         }
     }
@@ -214,7 +234,7 @@ impl Model {
     /// The daemon has answered to something.
     pub(super) fn answers(&mut self) {
         match self.message.as_ref().map(|message| message.of) {
-            Some(Of::Silence) => self.message = None,
+            Some(Of::Silence | Of::Unsent) => self.message = None,
             Some(Of::StopLost) => self.say(
                 Of::Refusal,
                 "the daemon answers again, and has not confirmed that stop: press it again",

@@ -25,7 +25,7 @@ const TIME_LABEL_HEIGHT: f32 = 18.0;
 const RIBBON_HEIGHT: f32 = 10.0;
 
 /// Lowest height of a plot, points: three fit into a window of 1280 x 760 under a reading of two cursors.
-const LOWEST_PLOT: f32 = 60.0;
+const LOWEST_PLOT: f32 = 68.0;
 
 /// Lowest height of a plot with room for the name of its axis, points. A lower one has its unit: the legend has names.
 const NAMED_PLOT: f32 = 100.0;

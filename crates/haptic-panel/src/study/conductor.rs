@@ -262,7 +262,11 @@ impl Conductor {
             None => {}
         }
         if !self.is_begun {
-            return held("Ready: show the subject's screen, engage the rig, then begin");
+            return held(if daemon.rig().is_some_and(|rig| rig.state.is_live()) {
+                "Ready: show the subject's screen, then press the button below"
+            } else {
+                "Ready: show the subject's screen, engage the rig, then press the button below"
+            });
         }
         if let Some(mounting) = self.session.mounting() {
             return held(&match mounting {

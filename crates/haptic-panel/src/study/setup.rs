@@ -123,10 +123,15 @@ pub(super) fn explain(ui: &mut Ui, study: &mut StudyView, task: Task, intents: &
         return;
     }
     match study.form.create(task) {
-        Ok(command) if !study.is_asked() => {
-            if ui.button("Make this study").clicked() {
-                study.note_sent(&command);
-                intents.push(Intent::Study(command));
+        Ok(create) if !study.is_asked() => {
+            let open = study.form.open().ok();
+            for (label, command) in [("Make this study", Some(create)), ("Open this study", open)] {
+                if let Some(command) = command
+                    && ui.button(label).clicked()
+                {
+                    study.note_sent(&command);
+                    intents.push(Intent::Study(command));
+                }
             }
         }
         Ok(_) => {}

@@ -25,7 +25,14 @@ pub(super) fn show(ui: &mut Ui, state: &StudyState, rows: &[StudyRow]) {
         }
     });
     if rows.is_empty() {
-        ui.label(RichText::new("No trial yet").small().weak());
+        let progress = state.subjects.get(state.subject).and_then(|subject| subject.progress);
+        let is_first = progress.is_none_or(|(done, _)| done == 0);
+        let none = if is_first {
+            "No trial yet"
+        } else {
+            "No trial since the study was opened; its files have those before"
+        };
+        ui.label(RichText::new(none).small().weak());
     }
     ui.spacing_mut().scroll = ScrollStyle::solid();
     ScrollArea::vertical()

@@ -95,6 +95,7 @@ fn an_empty_page_has_a_button_for_the_next_step() {
 fn an_empty_study_page_makes_the_study_whose_folder_is_named() {
     let mut panel = at_page(connected(RigState::Idle), Page::Task);
     type_into(&mut panel, "folder of the study", "/home/ada/study");
+    panel.get_by_label("Open this study");
     press(&mut panel, "Make this study");
     let asked = asked(&mut panel);
     assert!(

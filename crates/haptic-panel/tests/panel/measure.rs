@@ -49,6 +49,22 @@ fn a_shortened_line_has_one_hint_with_the_whole() {
 }
 
 #[test]
+fn three_plots_fit_under_two_cursors_in_a_low_window() {
+    let mut panel = connected(RigState::Engaged);
+    // The usual window, less the strip of a hand that is the mouse.
+    panel.set_size(egui::vec2(1280.0, 690.0));
+    open(&mut panel, "a.csv", rows(0..1000, step), &[]);
+    press(&mut panel, "Cursors");
+    panel.run();
+    let plots = ["Force plot", "Position plot", "Velocity plot"].map(|plot| panel.get_by_label(plot).rect());
+    let below = panel.get_by_label("overview").rect().top();
+    assert!(
+        plots.iter().all(|plot| plot.height() > 50.0 && plot.bottom() < below),
+        "{plots:?} {below}"
+    );
+}
+
+#[test]
 fn statistics_cover_what_is_seen_and_between_the_cursors() {
     let mut panel = connected(RigState::Engaged);
     open(&mut panel, "a.csv", rows(0..1000, step), &[]);

@@ -291,7 +291,7 @@ fn plots_do_not_lie_over_one_another_in_the_smallest_window() {
     choose_item(&mut panel, "trigger", "Normal");
     let plots = ["Force plot", "Position plot", "Velocity plot"].map(|plot| panel.get_by_label(plot).rect());
     for (place, plot) in plots.iter().enumerate() {
-        assert!(plot.height() >= 80.0, "{plot:?}");
+        assert!(plot.height() >= 50.0, "{plot:?}");
         assert!(
             plots[..place].iter().all(|above| above.bottom() <= plot.top()),
             "{plots:?}"

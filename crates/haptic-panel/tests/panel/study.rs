@@ -144,7 +144,7 @@ fn open_study_turns_to_its_page_and_controls_send_commands() {
         "viscous",
         "study position plot",
         "study force plot",
-        "No trial yet",
+        "No trial since the study was opened; its files have those before",
     ] {
         panel.get_by_label(text);
     }

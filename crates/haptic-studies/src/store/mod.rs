@@ -288,7 +288,7 @@ fn difference(folder: &Path, about: &StudyDescription) -> String {
     }
     if differing.is_empty() {
         format!(
-            "there is this study already; continue with `haptic-ctl study resume {}`",
+            "there is this study already; continue with `haptic-ctl study resume {}`, in the panel with Open study",
             quoted(folder)
         )
     } else {

@@ -219,13 +219,22 @@ impl RigFolder {
     ) -> Result<PathBuf, WireError> {
         let path = self.path_of(state_dir, key);
         let (to, heading) = (path.clone(), self.heading);
-        match self.run(WRITE_TIMEOUT, move || write(&to, heading, &found)).await {
-            Ok(()) => Ok(path),
-            Err(why) => Err(WireError::new(
-                ErrorCode::StateFile,
-                format!("{}: {why}; --state-dir names another directory", path.display()),
-            )),
-        }
+        let written = self.run(WRITE_TIMEOUT, move || write(&to, heading, &found)).await;
+        written.map_err(|why| cannot_write(&path, &why))?;
+        Ok(path)
+    }
+
+    /// Whether the file of a rig could be written, before what takes a minute and ends with it.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub(super) async fn check(&self, state_dir: &Path, key: &str) -> Result<(), WireError> {
+        let path = self.path_of(state_dir, key);
+        let to = path.clone();
+        let written = self.run(WRITE_TIMEOUT, move || {
+            whole_file::check(&to).map_err(|error| error.to_string())
+        });
+        written.await.map_err(|why| cannot_write(&path, &why))
     }
 
     /// Removes the file of a rig, behind what is under way with files.
@@ -255,6 +264,11 @@ impl RigFolder {
     }
 }
 
+fn cannot_write(path: &Path, why: &str) -> WireError {
+    let message = format!("{}: {why}; --state-dir names another directory", path.display());
+    WireError::new(ErrorCode::StateFile, message)
+}
+
 fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String> {
     let text = match regular_file::read_text_of(path, MAX_FILE) {
         Ok(text) => text,
@@ -276,7 +290,7 @@ fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String> {
 fn write(path: &Path, heading: &str, found: &impl Serialize) -> Result<(), String> {
     let text = toml::to_string(found).map_err(|error| error.to_string())?;
     let text = format!("# {heading}\n{text}");
-    std::fs::create_dir_all(path.parent().unwrap_or(Path::new(".")))
+    whole_file::with_directory(path)
         .and_then(|()| whole_file::write(path, &text, true))
         .map_err(|error| error.to_string())
 }

@@ -55,6 +55,7 @@ pub(in crate::control) async fn begin(
         Some(motor) => device.of_motor(motor),
         None => device,
     };
+    rig.records().check(&rig.facts.state_dir, &device).await?;
     let work = Work::Commissioning(Commissioning {
         motor,
         ..Commissioning::default()

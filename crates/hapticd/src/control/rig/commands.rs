@@ -110,6 +110,13 @@ impl RigHandle {
     ) -> Result<Outcome, WireError> {
         let admission = admission::admit(self, Purpose::Scene).await?;
         let _engaging = self.channel.begin_engaging();
+        // Whatever the scene is like, the rig has to be reset first.
+        self.pump();
+        match self.channel.state() {
+            RigState::Stopped => return Err(refused_in(RigState::Stopped, ErrorCode::Stopped, "engage", RESET_FIRST)),
+            RigState::Faulted => return Err(self.refused_as_faulted("engage")),
+            _ => {}
+        }
         if !anyway {
             self.refuse_chatter(&admission).await?;
         }
@@ -221,7 +228,7 @@ impl RigHandle {
         }
         let (code, hint) = match outcome.state {
             RigState::Stopped if command == Command::Reset => (ErrorCode::Stopped, "another stop came in between"),
-            RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
+            RigState::Stopped => (ErrorCode::Stopped, RESET_FIRST),
             RigState::Faulted => return Err(self.refused_as_faulted(verb)),
             RigState::Disconnected => (
                 ErrorCode::WrongState,
@@ -233,8 +240,7 @@ impl RigHandle {
             ),
             _ => (ErrorCode::WrongState, "a stop came in between"),
         };
-        let message = format!("cannot {verb} while the rig is {}: {hint}", outcome.state);
-        Err(WireError::new(code, message).about("state"))
+        Err(refused_in(outcome.state, code, verb, hint))
     }
 
     /// The refusal of a faulted rig to do something, with its fault.
@@ -327,6 +333,13 @@ impl RigHandle {
         );
         Err(WireError::new(code, message).about("device"))
     }
+}
+
+const RESET_FIRST: &str = "reset it first";
+
+/// The refusal of a state to do something.
+fn refused_in(state: RigState, code: ErrorCode, verb: &str, hint: &str) -> WireError {
+    WireError::new(code, format!("cannot {verb} while the rig is {state}: {hint}")).about("state")
 }
 
 #[cfg(test)]

@@ -280,6 +280,14 @@ impl Records {
         Ok(())
     }
 
+    /// Whether the record of a device could be written.
+    ///
+    /// # Errors
+    /// It could not, or not in time.
+    pub(in crate::control) async fn check(&self, state_dir: &Path, device: &ConnectedDevice) -> Result<(), WireError> {
+        self.folder.check(state_dir, &device.rig.key).await
+    }
+
     /// Writes the record of the rig at a connection; returns its file.
     ///
     /// # Errors

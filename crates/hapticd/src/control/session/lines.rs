@@ -1,6 +1,7 @@
 //! Reads a client's lines.
 
 use haptic_ipc::{ErrorCode, MAX_LINE_BYTES, WireError};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use tokio::io::AsyncReadExt;
 use tokio::net::unix::OwnedReadHalf;
 use tokio_util::bytes::BytesMut;
@@ -47,6 +48,12 @@ impl Lines {
         self.received += read;
         self.ended = read == 0;
         true
+    }
+
+    /// Whether the client has closed the connection, and hears no answer. One that only sends nothing more has not.
+    pub(super) fn is_hung_up(&self) -> bool {
+        let mut asked = [PollFd::new(self.reader.as_ref(), PollFlags::empty())];
+        poll(&mut asked, Some(&Timespec::default())).is_ok() && asked[0].revents().contains(PollFlags::HUP)
     }
 
     /// Reads what was received so far, without waiting; returns the number of bytes.

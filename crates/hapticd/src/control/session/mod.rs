@@ -133,6 +133,13 @@ enum ReceivedLine {
     Refused { id: Option<u64>, error: WireError },
 }
 
+impl ReceivedLine {
+    /// Whether it brings force, or lets others bring it.
+    const fn may_bring_force(&self) -> bool {
+        matches!(self, Self::Request { envelope, .. } if matches!(envelope.request, Request::Engage { .. } | Request::Reset {}))
+    }
+}
+
 /// Writes the lines queued for a client, until the queue closes or the client stops reading.
 async fn write(mut writer: OwnedWriteHalf, mut outgoing: mpsc::Receiver<ClientLine>) {
     while let Some(ClientLine { text, room }) = outgoing.recv().await {
@@ -201,6 +208,10 @@ impl Client {
                 // Later: a lapse that comes to light by it wins over the line.
                 lease::renew(&self.rig, self.session);
                 let Some(incoming) = incoming else { continue };
+                // Its client has given up, maybe long ago, and has told a person so.
+                if incoming.may_bring_force() && lines.is_hung_up() {
+                    continue;
+                }
                 // A stop is already raised, whether or not there is room.
                 let room = take(&unanswered, bytes).await;
                 let waiting = QueuedLine { incoming, room };
