@@ -27,6 +27,9 @@ pub struct CommissionReply {
     /// Why it has ended.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ended: Option<String>,
+    /// Why what is found could not be stored, in the answer to `commission.begin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cannot_store: Option<String>,
     /// Largest force of a pulse, N: half of the rig's force limit.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,

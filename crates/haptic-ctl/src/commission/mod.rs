@@ -9,8 +9,8 @@ use crate::failure::Failure;
 use crate::output;
 use findings::{Findings, Mass, mm};
 use haptic_ipc::{
-    AdviceReply, CommissionReply, LeaseReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, Request, RigState,
-    SceneReply, StateReply, Status, UNKNOWN_MASS_KG,
+    AdviceReply, ClientError, CommissionReply, ErrorCode, LeaseReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport,
+    Request, RigState, SceneReply, StateReply, Status, UNKNOWN_MASS_KG, WireError,
 };
 use std::time::{Duration, Instant};
 
@@ -117,6 +117,10 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         check: arguments.check.then_some(true),
     };
     let begun: CommissionReply = daemon.begin_with_lease(begin).await?;
+    if let Some(why) = begun.cannot_store.as_ref().filter(|_| !arguments.check) {
+        let message = format!("nothing was moved, as what is found could not be stored: {why}");
+        return Err(ClientError::Refused(WireError::new(ErrorCode::StateFile, message)).into());
+    }
     let largest_n = if arguments.check {
         CHECK_N.min(begun.force_limit_n)
     } else {

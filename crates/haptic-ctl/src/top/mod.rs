@@ -181,7 +181,7 @@ impl Screen {
             Some(Intent::Quit) => return ControlFlow::Break(()),
             // Nothing brings force by itself, when the daemon goes on.
             Some(intent) if intent.may_bring_force() && lock(&self.model).is_silent() => {
-                lock(&self.model).unsent(intent, "not sent")
+                lock(&self.model).unsent(intent, "not sent");
             }
             Some(intent) if queue.try_send((intent, before)).is_err() => lock(&self.model).hung(),
             Some(_) => {}

@@ -106,7 +106,10 @@ fn threads_change_nothing_and_nothing_is_overwritten() {
             done.keys()
         );
         assert!(done == relative(&two));
-        let resumed = format!("study resume {}`", haptic_ipc::quoted(&one));
+        let resumed = format!(
+            "study resume {}`, in the panel with Open study",
+            haptic_ipc::quoted(&one)
+        );
         for (seed, message) in [
             (1, &*resumed),
             (

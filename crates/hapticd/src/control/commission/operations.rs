@@ -55,13 +55,16 @@ pub(in crate::control) async fn begin(
         Some(motor) => device.of_motor(motor),
         None => device,
     };
-    rig.records().check(&rig.facts.state_dir, &device).await?;
     let work = Work::Commissioning(Commissioning {
         motor,
         ..Commissioning::default()
     });
     exclusive_use::begin(rig, by, work, &device).await?;
-    status(rig, by)
+    let writable = rig.records().check(&rig.facts.state_dir, &device).await;
+    Ok(CommissionReply {
+        cannot_store: writable.err().map(|error| error.message),
+        ..status(rig, by)?
+    })
 }
 
 /// The state of the commissioning, for its client.
@@ -84,6 +87,7 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<C
         motor: found.motor.and_then(|motor| u32::try_from(motor + 1).ok()),
         pulsing: current.moving,
         ended: current.ended.clone(),
+        cannot_store: None,
         force_limit_n,
         rig_force_limit_n,
         resolution_m: current.device.resolution_m,
