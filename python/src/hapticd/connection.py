@@ -135,7 +135,8 @@ class Connection:
         """
         answer = self.tell(op, fields, take)
         if not answer.is_there.wait(ANSWER_TIMEOUT_S):
-            self._lose(NoAnswer(f"hapticd at {self._path} has not answered `{op}` in time"))
+            reason = f"hapticd at {self._path} has not answered `{op}` in time; connect again"
+            self._lose(NoAnswer(reason))
         line = answer.line
         if line is None:
             raise self._reason()

@@ -35,7 +35,7 @@ class SamplesLost(HapticdError):
     """
 
     def __init__(self, lost: int, tick: int) -> None:
-        super().__init__(f"{lost} samples before tick {tick} were lost")
+        super().__init__(f"{lost} samples before tick {tick} were lost; with on_gap='count' they are only counted")
         self.lost = lost
         self.tick = tick
 

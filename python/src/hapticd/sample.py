@@ -26,6 +26,8 @@ def checked_state(state: str) -> State:
     if state not in STATES:
         near = difflib.get_close_matches(str(state), STATES, 1)
         meant = f", did you mean {near[0]!r}?" if near else ";"
+        if any(sign in str(state) for sign in "<>="):
+            meant = "; a condition on samples is a function, as in lambda sample: sample.device_position_m > 0.01;"
         raise invalid("state", f"state = {state!r}: unknown state{meant} the states are {', '.join(STATES)}")
     return state
 

@@ -101,30 +101,32 @@ fn fast_speed(signal: &Signal) -> f64 {
     speeds.get(at).copied().unwrap_or(0.0)
 }
 
-/// Sliding levels of two signals of the same motion. A slide is counted from where it becomes fast
-/// enough to where it is no longer: at both ends it has the same speed, so that what inertia adds at
-/// first it takes away in the end.
+/// Sliding levels of two signals of the same motion, each over its own slides: masses that differ slide at speeds that
+/// differ. A slide is counted from where it becomes fast enough to where it is no longer: at both ends it has the same
+/// speed, so that what inertia adds at first it takes away in the end.
 pub(super) fn sliding_together(real: &Signal, rendered: &Signal, limits: &SlidingLimits) -> Levels {
     let least = real.samples_in(MIN_S);
-    Levels::of(|direction| {
-        let (mut own, mut other, mut samples, mut slides) = (0.0, 0.0, 0, 0);
+    let mean_of = |signal: &Signal, direction: f64| {
+        let (mut sum, mut samples, mut slides) = (0.0, 0, 0);
         let slides_at = |index| {
             let is_in_gap = real.is_in_gap[index] || rendered.is_in_gap[index];
-            !is_in_gap && real.velocity_mps[index] * direction > limits.slowest_mps
+            !is_in_gap && signal.velocity_mps[index] * direction > limits.slowest_mps
         };
-        let is_sliding: Vec<bool> = (0..real.len()).map(slides_at).collect();
+        let is_sliding: Vec<bool> = (0..signal.len()).map(slides_at).collect();
         let mut begin = 0;
         for run in is_sliding.chunk_by(|a, b| a == b) {
             let range = begin..begin + run.len();
             begin = range.end;
             if run[0] && run.len() >= least {
-                own += real.force_n[range.clone()].iter().sum::<f64>();
-                other += rendered.force_n[range].iter().sum::<f64>();
+                sum += signal.force_n[range].iter().sum::<f64>();
                 (samples, slides) = (samples + run.len(), slides + 1);
             }
         }
-        let mean = |sum: f64| direction * sum / count_of(samples);
-        (slides > 0).then(|| level(mean(own), mean(other), slides))
+        (slides > 0).then(|| (direction * sum / count_of(samples), slides))
+    };
+    Levels::of(|direction| {
+        let ((own, slides), (other, others)) = (mean_of(real, direction)?, mean_of(rendered, direction)?);
+        Some(level(own, other, slides.min(others)))
     })
 }
 

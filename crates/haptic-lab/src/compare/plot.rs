@@ -3,9 +3,12 @@
 use super::{AlignedBy, Comparison, Level};
 use crate::drawing::{Chart, Page, Table, Trace};
 use crate::identify::decimals;
+use haptic_motion::median::extent;
+use std::collections::HashSet;
 
-/// Most dots of the rendered record, which lie above those of the real one and must not hide them.
-const MAX_DOTS: usize = 700;
+/// Cells of a plot along each axis, of each of which the rendered record has one dot: they lie above those of the real
+/// one and must not hide them, and a fast slip is seen as well as a rest.
+const CELLS: f64 = 60.0;
 
 /// The page of a comparison: force against velocity and against position, force over time where the
 /// motions are the same, and what is left below; and the levels. `names` are those of the records.
@@ -17,13 +20,10 @@ pub fn page(comparison: &Comparison, names: [&str; 2]) -> Page {
     };
     let curves = &comparison.curves;
     let against = |title: &str, across: &str, place: usize| {
-        let points = |course: &[[f64; 3]], most: usize| {
-            let every = course.len().div_ceil(most).max(1);
-            course.iter().step_by(every).map(|row| [row[place], row[2]]).collect()
-        };
+        let points = |course: &[[f64; 3]]| course.iter().map(|row| [row[place], row[2]]).collect();
         Chart::new(title, across, force.as_str())
-            .with(Trace::dots("real", points(&curves.real, usize::MAX)))
-            .with(Trace::dots("rendered", points(&curves.rendered, MAX_DOTS)))
+            .with(Trace::dots("real", points(&curves.real)))
+            .with(Trace::dots("rendered", one_a_cell(points(&curves.rendered))))
     };
     let mut charts = vec![
         against("Force against velocity", "Velocity (m/s)", 0),
@@ -57,6 +57,18 @@ pub fn page(comparison: &Comparison, names: [&str; 2]) -> Page {
         charts,
         tables: vec![table(comparison)],
     }
+}
+
+/// The first point of each cell.
+fn one_a_cell(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    let size = [0, 1].map(|axis| {
+        let (low, high) = extent(points.iter().map(|point| point[axis]));
+        ((high - low) / CELLS).max(f64::MIN_POSITIVE)
+    });
+    let mut seen = HashSet::new();
+    #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
+    points.retain(|point| seen.insert([0, 1].map(|axis| (point[axis] / size[axis]).floor() as i64)));
+    points
 }
 
 /// What is compared, and how far the forces are apart, in a sentence.

@@ -430,3 +430,30 @@ fn a_slow_pull_counts_although_it_slips_and_a_fast_one_does_not() {
         assert_eq!(of_side.count(), 2, "{:?}", found.notes);
     }
 }
+
+#[test]
+fn sliding_levels_do_not_depend_on_the_order_of_the_files() {
+    // Masses that differ slide at speeds that differ under the same hand.
+    let record = |mass_kg: f64, fd_n: f64, viscous: f64| {
+        let law = Karnopp {
+            viscous: Directional::both(viscous),
+            ..Karnopp::new(1.4 * fd_n, fd_n)
+        };
+        surface::record(&surface::experiment(mass_kg, Friction::Karnopp(law), Sensors::USUAL), 1).mass
+    };
+    let (one, other) = (record(0.73, 2.9, 3.4), record(1.4, 1.2, 6.0));
+    let by_time = Options {
+        align: Some(AlignedBy::Time),
+        ..Options::default()
+    };
+    let there = compare(&one, &other, &by_time).expect("one motion").sliding_force_n;
+    let back = compare(&other, &one, &by_time).expect("one motion").sliding_force_n;
+    for (there, back) in levels(there).into_iter().zip(levels(back)) {
+        assert!(
+            (there.difference_n + back.difference_n).abs() < 0.01,
+            "{there:?} {back:?}"
+        );
+        // 1.7 N of dynamic friction, less 0.27 N of viscous at the mean speed of 0.104 m/s.
+        assert!((there.difference_n + 1.43).abs() < 0.1, "{there:?}");
+    }
+}

@@ -170,9 +170,12 @@ impl Identified {
         }
     }
 
-    /// What the fit leaves, for people: `residual 0.017 N rms`.
+    /// What the fit leaves, for people: `residual 0.017 N rms`; that there is none.
     #[must_use]
     pub fn residual(&self) -> String {
+        if self.residual_rms_n == 0.0 {
+            return "no fit".to_owned();
+        }
         format!("residual {} N rms", number(rounded(self.residual_rms_n, 2)))
     }
 }

@@ -165,7 +165,8 @@ fn find_on(even: &Even, shift_s: f64, law: PathLaw, options: &Options) -> Result
     if share > MAX_UNEXPLAINED && !refusal::goes_one_way(&prepared) {
         return Err((
             format!("the law leaves {:.0} % of the force unexplained", 100.0 * share),
-            "check that force and position belong together, and that nothing else pushes the mass",
+            "a surface that deflects before it slides, or identify karnopp; and check that force and position belong \
+             together, and that nothing else pushes the mass",
         ));
     }
     // One way, there is no turn that could show it.

@@ -8,8 +8,9 @@ use crate::identify::{
     Clocks, Identification, Identified, IdentifyError, Left, ModelKind, Options, Record, identify,
     identify_with_progress,
 };
+use crate::surface;
 use fastrand::Rng;
-use haptic_core::friction::{Dahl, Friction};
+use haptic_core::friction::{Dahl, Friction, Lugre};
 use std::ops::ControlFlow;
 use test_run::{extent, is_long_for};
 
@@ -150,6 +151,31 @@ fn lugre_is_found_within_its_intervals() {
         ("static_force_N.positive", 0.05),
     ];
     assert_near(&case("lugre"), 6, &most_errors);
+}
+
+/// Fast slips on a soft grip are smoothed with the encoder's steps: a bias of which drawn records know a part.
+#[test]
+fn lugre_on_a_soft_grip_is_found_within_its_intervals() {
+    let lugre = Lugre {
+        static_force: 4.0.into(),
+        stribeck_velocity: 0.01,
+        contact_stiffness: 1e5,
+        contact_damping: 100.0,
+        viscous: 20.0.into(),
+        ..LUGRE
+    };
+    let sensors = Sensors {
+        resolution_m: 1e-7,
+        ..Sensors::USUAL
+    };
+    let lab = surface::experiment(0.5, Friction::Lugre(lugre), sensors);
+    for seed in 1..=extent(1, 6) {
+        let found = found(&surface::record(&lab, seed).mass, ModelKind::Lugre);
+        for (name, truth) in [("stribeck_velocity_mps", 0.01), ("bristle_damping_Ns_per_m", 100.0)] {
+            let [low, high] = found.intervals[name];
+            assert!(low <= truth && truth <= high, "seed {seed}: {name} {low} to {high}");
+        }
+    }
 }
 
 #[test]
