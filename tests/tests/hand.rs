@@ -73,7 +73,7 @@ fn a_daemon_ends_with_the_program_that_holds_its_input() {
 const START: (usize, usize) = (70, 222);
 
 /// On the strip, 25 mm right of its middle, pixels.
-const STRIP: (usize, usize) = (903, 744);
+const STRIP: (usize, usize) = (903, 704);
 
 #[test]
 fn a_panel_that_is_killed_takes_its_fake_rig_along() {

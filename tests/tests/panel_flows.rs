@@ -15,7 +15,7 @@ const RECORD: (usize, usize) = (43, 122);
 const RECORDING: (usize, usize) = (14, 122);
 
 /// Within the field of a note, left of its text and below it.
-const NOTE: (usize, usize) = (640, 730);
+const NOTE: (usize, usize) = (640, 690);
 
 /// The menu of exports on that page, and what writes a PNG.
 const EXPORT: (usize, usize) = (1116, 121);

@@ -288,6 +288,7 @@ fn plots_do_not_lie_over_one_another_in_the_smallest_window() {
     hear(&mut panel, Update::Event(Event::Timing(Box::new(timing(vec![])))));
     press(&mut panel, "Histograms");
     press(&mut panel, "Cursors");
+    choose_item(&mut panel, "trigger", "Auto");
     choose_item(&mut panel, "trigger", "Normal");
     let plots = ["Force plot", "Position plot", "Velocity plot"].map(|plot| panel.get_by_label(plot).rect());
     for (place, plot) in plots.iter().enumerate() {

@@ -290,7 +290,7 @@ fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String> {
 fn write(path: &Path, heading: &str, found: &impl Serialize) -> Result<(), String> {
     let text = toml::to_string(found).map_err(|error| error.to_string())?;
     let text = format!("# {heading}\n{text}");
-    whole_file::with_directory(path)
+    std::fs::create_dir_all(path.parent().unwrap_or(Path::new(".")))
         .and_then(|()| whole_file::write(path, &text, true))
         .map_err(|error| error.to_string())
 }

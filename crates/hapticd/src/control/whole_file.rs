@@ -31,21 +31,15 @@ pub(crate) fn refresh(path: &Path, text: &str) -> io::Result<()> {
     Ok(())
 }
 
-/// Makes the directory of a file.
-///
-/// # Errors
-/// The system refuses.
-pub(super) fn with_directory(path: &Path) -> io::Result<()> {
-    std::fs::create_dir_all(path.parent().unwrap_or(Path::new(".")))
-}
-
-/// Whether a file could be written: a page is, beside it, and is gone again.
+/// Whether a file could be written: a page is, into the deepest directory of its path that is there, and is gone again.
 ///
 /// # Errors
 /// The system refuses.
 pub(super) fn check(path: &Path) -> io::Result<()> {
-    with_directory(path)?;
-    beside(path, &"#".repeat(4096))?.as_file().sync_all()
+    let there = path.ancestors().skip(1).find(|directory| directory.exists());
+    let mut file = NamedTempFile::new_in(there.unwrap_or(Path::new(".")))?;
+    file.write_all(&[b'#'; 4096])?;
+    file.as_file().sync_all()
 }
 
 /// A file with the text, which others may read, in the directory of the path.
