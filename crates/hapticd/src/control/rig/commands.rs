@@ -376,6 +376,32 @@ mod tests {
     }
 
     #[tokio::test]
+    async fn a_lapse_that_the_loop_saw_first_has_its_tick() {
+        let (rig, mut loop_side) = rig();
+        for (tick, state) in [(0, RigState::Engaged), (1, RigState::Releasing)] {
+            let mut changed = record(tick);
+            changed.state = state;
+            loop_side.outbox.push(None, || changed);
+        }
+        let outcome = Outcome {
+            tick: 9,
+            state: RigState::Releasing,
+            refused: false,
+        };
+        loop_side.outbox.send(FromLoop::Done { serial: 1, outcome });
+        let asked = Asked::ByLapse("a lease has lapsed");
+        let released = rig.carry_out(Command::Release, Admission::NONE, 0, asked).await;
+        released.expect("released");
+        rig.pump();
+        let entry = rig.journal(0, 9).entries.swap_remove(0);
+        let change = StateChange {
+            before: RigState::Engaged,
+            after: RigState::Releasing,
+        };
+        assert_eq!((entry.tick, entry.state), (Some(1), Some(change)));
+    }
+
+    #[tokio::test]
     async fn refusal_of_a_disconnected_rig_names_the_next_step() {
         let (rig, mut loop_side) = rig();
         let outcome = Outcome {
