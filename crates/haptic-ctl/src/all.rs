@@ -101,8 +101,8 @@ fn rigs(is_stop: bool, named: Option<&Path>) -> Result<Vec<NamedSocket>, Failure
         sockets.append(&mut socket_path::configured_besides(&sockets));
     }
     if sockets.is_empty() {
-        let message = "there is no socket of a rig on this machine; start one with `hapticd --demo`, or name its socket \
-                       with --socket";
+        let message = "there is no socket of a rig on this machine; start one with `hapticd --demo`, or name its \
+                       socket with --socket";
         return Err(Failure::NoRig(message.to_owned()));
     }
     Ok(sockets)

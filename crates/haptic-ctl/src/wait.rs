@@ -25,8 +25,8 @@ pub(crate) fn help() -> String {
     format!(
         "Fields: {}; and the parameters of the scene by name or symbol. Numbers may have units \
          (device_position_m>1cm). A contact is a \
-         number or one of {}. A parameter is that of the newest change, also while a ramp leads to it: `set --ramp TIME \
-         --wait` ends with the ramp. Quote a word with spaces.\n\n\
+         number or one of {}. A parameter is that of the newest change, also while a ramp leads to it: \
+         `set --ramp TIME --wait` ends with the ramp. Quote a word with spaces.\n\n\
          Example:\n  haptic-ctl wait --until 'state=engaged and device_position_m>1cm' --timeout 5s",
         condition::fields(),
         condition::words("contact").join(", ")

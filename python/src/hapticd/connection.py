@@ -226,10 +226,10 @@ def encoded(request: Mapping[str, Any]) -> bytes:
     try:
         return json.dumps(request, allow_nan=False, default=_plain).encode() + b"\n"
     except TypeError:
-        name, value = next(_of_no_type("", request), ("a value", "it"))
+        name, value = _first(request, _is_of_no_type)
         raise invalid(name, f"{name} = {value!r} is not a number, a text, a list or an object") from None
     except ValueError:
-        name, value = next(_not_finite("", request), ("a value", "it"))
+        name, value = _first(request, _is_not_finite)
         raise invalid(name, f"{name} = {value} is not a finite number", "not_finite") from None
 
 
@@ -246,26 +246,31 @@ def _plain(value: Any) -> Any:
         raise TypeError from None
 
 
-def _of_no_type(name: str, value: object) -> Iterator[tuple[str, object]]:
-    if isinstance(value, Mapping):
-        for key, each in value.items():
-            yield from _of_no_type(str(key), each)
-    elif isinstance(value, list | tuple):
-        for each in value:
-            yield from _of_no_type(name, each)
-    elif value is not None and not isinstance(value, str | int | float):
-        try:
-            _plain(value)
-        except TypeError:
-            yield name, value
+def _is_of_no_type(value: object) -> bool:
+    if value is None or isinstance(value, str | int | float):
+        return False
+    try:
+        _plain(value)
+    except TypeError:
+        return True
+    return False
 
 
-def _not_finite(name: str, value: object) -> Iterator[tuple[str, float]]:
+def _is_not_finite(value: object) -> bool:
+    return isinstance(value, SupportsFloat) and not math.isfinite(value)
+
+
+def _first(request: Mapping[str, Any], is_wanted: Callable[[object], bool]) -> tuple[str, Any]:
+    """The first value of a kind in a request, with the name of the field that it stands in."""
+    return next(((name, value) for name, value in _values("", request) if is_wanted(value)), ("a value", "it"))
+
+
+def _values(name: str, value: object) -> Iterator[tuple[str, object]]:
     if isinstance(value, Mapping):
         for key, each in value.items():
-            yield from _not_finite(str(key), each)
+            yield from _values(str(key), each)
     elif isinstance(value, list | tuple):
         for each in value:
-            yield from _not_finite(name, each)
-    elif isinstance(value, SupportsFloat) and not math.isfinite(value):
-        yield name, float(value)
+            yield from _values(name, each)
+    else:
+        yield name, value

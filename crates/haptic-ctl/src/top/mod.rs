@@ -261,7 +261,7 @@ impl Asker {
 
 /// Asks on a connection of its own what is sent to it, one request after the other. Each comes with the number of
 /// stops before it: one that switches the force is void after another stop.
-fn answered(mut daemon: Asker, answering: mpsc::Sender<Answer>, stops: Arc<AtomicU64>) -> mpsc::Sender<(Intent, u64)> {
+fn answered(mut asker: Asker, answering: mpsc::Sender<Answer>, stops: Arc<AtomicU64>) -> mpsc::Sender<(Intent, u64)> {
     let (asking, mut asked) = mpsc::channel::<(Intent, u64)>(8);
     tokio::spawn(async move {
         while let Some((intent, before)) = asked.recv().await {
@@ -271,14 +271,14 @@ fn answered(mut daemon: Asker, answering: mpsc::Sender<Answer>, stops: Arc<Atomi
             let answer = match intent.request() {
                 None => continue,
                 Some(request @ Request::Status {}) => {
-                    daemon.ask(request).await.map(|status| Answer::Status(Box::new(status)))
+                    asker.ask(request).await.map(|status| Answer::Status(Box::new(status)))
                 }
                 Some(request) if intent.may_bring_force() => {
-                    let reply = daemon.ask_now(request).await;
+                    let reply = asker.ask_now(request).await;
                     reply.map(|reply| Answer::Moved(intent, reply))
                 }
                 Some(request) => {
-                    let reply = daemon.ask(request);
+                    let reply = asker.ask(request);
                     tokio::pin!(reply);
                     let soon = tokio::time::timeout(stop::ALARM, &mut reply);
                     let reply = match soon.await {

@@ -18,8 +18,8 @@ const PIECE_S: f64 = 0.5;
 /// Student's t for 95 % and 60 fits.
 const STUDENT_T: f64 = 2.001;
 
-/// Drawn records know a part of a bias alone: their motion is the record's, which was smoothed before. Of LuGre's Stribeck
-/// velocity and bristle damping with an encoder of 0.1 um, 3.0 and 1.0 times what they know is left.
+/// Drawn records know a part of a bias alone: their motion is the record's, which was smoothed before. Of LuGre's
+/// Stribeck velocity and bristle damping with an encoder of 0.1 um, 3.0 and 1.0 times what they know is left.
 const UNSEEN: f64 = 3.0;
 
 /// What a fit says happened, to draw records from.

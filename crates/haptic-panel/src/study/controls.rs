@@ -95,10 +95,8 @@ fn trials_done(subject: &SubjectState) -> String {
 }
 
 fn show_buttons(ui: &mut Ui, state: &StudyState, commands: &mut Vec<StudyCommand>) {
-    let progress = state.subjects.get(state.subject).and_then(|subject| subject.progress);
-    let has_begun = progress.is_some_and(|(done, _)| done > 0);
     ui.horizontal(|ui| {
-        let name = if has_begun { "Go on" } else { "Begin" };
+        let name = if state.has_begun() { "Go on" } else { "Begin" };
         let may_go_on = matches!(state.stage, Stage::Held { .. });
         let button = Button::new(RichText::new(name).size(16.0)).min_size(BUTTON_SIZE);
         let button = ui.add_enabled(may_go_on, button);

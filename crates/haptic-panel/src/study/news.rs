@@ -104,6 +104,15 @@ pub struct StudyState {
     pub columns: &'static [&'static str],
 }
 
+impl StudyState {
+    /// Whether the chosen subject has done a trial, in whatever session.
+    pub(super) fn has_begun(&self) -> bool {
+        let subject = self.subjects.get(self.subject);
+        let progress = subject.and_then(|subject| subject.progress);
+        progress.is_some_and(|(done, _)| done > 0)
+    }
+}
+
 /// A row of the table of trials.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StudyRow {

@@ -25,12 +25,10 @@ pub(super) fn show(ui: &mut Ui, state: &StudyState, rows: &[StudyRow]) {
         }
     });
     if rows.is_empty() {
-        let progress = state.subjects.get(state.subject).and_then(|subject| subject.progress);
-        let is_first = progress.is_none_or(|(done, _)| done == 0);
-        let none = if is_first {
-            "No trial yet"
-        } else {
+        let none = if state.has_begun() {
             "No trial since the study was opened; its files have those before"
+        } else {
+            "No trial yet"
         };
         ui.label(RichText::new(none).small().weak());
     }

@@ -36,10 +36,9 @@ pub(crate) fn refresh(path: &Path, text: &str) -> io::Result<()> {
 /// # Errors
 /// The system refuses.
 pub(super) fn check(path: &Path) -> io::Result<()> {
-    let there = path.ancestors().skip(1).find(|directory| directory.exists());
-    let mut file = NamedTempFile::new_in(there.unwrap_or(Path::new(".")))?;
-    file.write_all(&[b'#'; 4096])?;
-    file.as_file().sync_all()
+    let is_there = |path: &&Path| path.parent().is_some_and(Path::exists);
+    let first = path.ancestors().find(is_there).unwrap_or(path);
+    beside(first, &"#".repeat(4096))?.as_file().sync_all()
 }
 
 /// A file with the text, which others may read, in the directory of the path.

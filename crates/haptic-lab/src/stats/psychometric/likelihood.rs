@@ -133,7 +133,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 
 /// The best function: from the lowest places of a grid, and from a start where there is one.
 pub(super) fn best(levels: &[Level], start: Option<&Psychometric>) -> Psychometric {
-    let levels: Vec<Level> = levels.iter().filter(|level| level.trials > 0).copied().collect();
+    let levels = tested(levels);
     let [_, extent] = span(&levels);
     let mut starts = lowest_of_grid(&levels);
     if let Some(start) = start {
@@ -145,6 +145,7 @@ pub(super) fn best(levels: &[Level], start: Option<&Psychometric>) -> Psychometr
 
 /// The likeliest function of this threshold, or of this width.
 pub(super) fn best_of(levels: &[Level], held: Held, value: f64) -> Psychometric {
+    let levels = &tested(levels);
     let [_, extent] = span(levels);
     let mut starts: Vec<[f64; 2]> = match held {
         Held::Threshold => GRID_WIDTHS.map(|share| [value, share * extent]).to_vec(),
@@ -172,6 +173,11 @@ fn likeliest(levels: &[Level], extent: f64, starts: Vec<[f64; 2]>, held: Option<
             lapse: 0.0,
             deviance: f64::NAN,
         })
+}
+
+/// The levels that have answers: of another nothing has a slope.
+fn tested(levels: &[Level]) -> Vec<Level> {
+    levels.iter().filter(|level| level.trials > 0).copied().collect()
 }
 
 /// Lowest level and extent.

@@ -85,6 +85,23 @@ fn the_interval_of_far_levels_holds_truth_and_fit() {
 }
 
 #[test]
+fn a_level_without_answers_changes_no_interval() {
+    let mut levels = worked();
+    let found = fit(&levels).expect("a fit");
+    let without = bootstrap(&levels, &found, Resampling::Parametric, 40, 1);
+    levels.insert(
+        1,
+        Level {
+            level: 0.15,
+            trials: 0,
+            correct: 0,
+        },
+    );
+    assert_eq!(bootstrap(&levels, &found, Resampling::Parametric, 40, 1), without);
+    assert!(without.is_some());
+}
+
+#[test]
 fn an_interval_without_an_end_is_none() {
     let answers = answered(10, [(0.2, 5), (0.4, 6), (0.8, 7), (1.6, 8)]);
     let found = fit(&answers).expect("a fit");

@@ -349,6 +349,17 @@ mod tests {
     use crate::rt::outbox::FromLoop;
     use crate::rt::outbox::tests::record;
 
+    /// The answer to the first command, which is there before it is asked for.
+    fn done(tick: u64, state: RigState, refused: bool) -> FromLoop {
+        let outcome = Outcome { tick, state, refused };
+        FromLoop::Done { serial: 1, outcome }
+    }
+
+    const RELEASED: StateChange = StateChange {
+        before: RigState::Engaged,
+        after: RigState::Releasing,
+    };
+
     #[tokio::test]
     async fn journal_has_the_state_before_a_release_nobody_asked_for() {
         let (rig, mut loop_side) = rig();
@@ -358,21 +369,11 @@ mod tests {
         let mut engaged = record(1);
         engaged.state = RigState::Engaged;
         loop_side.outbox.push(None, || engaged);
-        let outcome = Outcome {
-            tick: 2,
-            state: RigState::Releasing,
-            refused: false,
-        };
-        // The answer to the first command is there before it is asked for.
-        loop_side.outbox.send(FromLoop::Done { serial: 1, outcome });
+        loop_side.outbox.send(done(2, RigState::Releasing, false));
         rig.release_because("a lease has lapsed").await.expect("released");
         rig.pump();
         let entry = rig.journal(0, 9).entries.swap_remove(0);
-        let change = StateChange {
-            before: RigState::Engaged,
-            after: RigState::Releasing,
-        };
-        assert_eq!((&*entry.op, entry.state), ("release", Some(change)));
+        assert_eq!((&*entry.op, entry.state), ("release", Some(RELEASED)));
     }
 
     #[tokio::test]
@@ -383,33 +384,19 @@ mod tests {
             changed.state = state;
             loop_side.outbox.push(None, || changed);
         }
-        let outcome = Outcome {
-            tick: 9,
-            state: RigState::Releasing,
-            refused: false,
-        };
-        loop_side.outbox.send(FromLoop::Done { serial: 1, outcome });
+        loop_side.outbox.send(done(9, RigState::Releasing, false));
         let asked = Asked::ByLapse("a lease has lapsed");
         let released = rig.carry_out(Command::Release, Admission::NONE, 0, asked).await;
         released.expect("released");
         rig.pump();
         let entry = rig.journal(0, 9).entries.swap_remove(0);
-        let change = StateChange {
-            before: RigState::Engaged,
-            after: RigState::Releasing,
-        };
-        assert_eq!((entry.tick, entry.state), (Some(1), Some(change)));
+        assert_eq!((entry.tick, entry.state), (Some(1), Some(RELEASED)));
     }
 
     #[tokio::test]
     async fn refusal_of_a_disconnected_rig_names_the_next_step() {
         let (rig, mut loop_side) = rig();
-        let outcome = Outcome {
-            tick: 2,
-            state: RigState::Disconnected,
-            refused: true,
-        };
-        loop_side.outbox.send(FromLoop::Done { serial: 1, outcome });
+        loop_side.outbox.send(done(2, RigState::Disconnected, true));
         let asked = Asked::Because("a test");
         let refused = rig.carry_out(Command::Engage, Admission::NONE, 0, asked).await;
         let message = refused.expect_err("it is refused").message;

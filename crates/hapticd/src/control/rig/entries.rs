@@ -79,13 +79,13 @@ impl RigJournal {
             let now = ObservedState::of(record, enable_button);
             let before = std::mem::replace(&mut self.observed, now);
             let event = now.change_since(before);
-            if let Some(before) = before.state.filter(|before| before.is_live())
-                && matches!(record.state, RigState::Releasing | RigState::Idle)
-                && before != RigState::Releasing
-                && event.is_none()
-            {
-                let after = record.state;
-                self.released = Some((record.tick, StateChange { before, after }));
+            let change = StateChange {
+                before: before.state.unwrap_or(record.state),
+                after: record.state,
+            };
+            let is_let_out = matches!(change.after, RigState::Releasing | RigState::Idle);
+            if before.had_force() && is_let_out && event.is_none() {
+                self.released = Some((record.tick, change));
             }
             if let Some((op, message)) = event {
                 let entry = JournalEntry {
@@ -106,9 +106,8 @@ impl RigJournal {
                         Err(error) => format!("{device}: {error}"),
                         Ok(_) => format!("{device}: no new sample came in time"),
                     };
-                    let (before, after) = (before.state.unwrap_or(record.state), record.state);
                     let entry = JournalEntry {
-                        state: (before != after).then_some(StateChange { before, after }),
+                        state: (change.before != change.after).then_some(change),
                         ..lost(Some(record.tick), message)
                     };
                     self.entries.enter(Completion::Done, entry);
@@ -189,6 +188,11 @@ impl ObservedState {
         }
     }
 
+    /// Whether force was let in, or was being let in.
+    const fn had_force(self) -> bool {
+        matches!(self.state, Some(RigState::Engaging | RigState::Engaged))
+    }
+
     /// An event that no client asked for: the name of its journal entry, and its message.
     fn change_since(self, before: Self) -> Option<(&'static str, String)> {
         if let Some(fault) = self.fault.filter(|_| self.fault != before.fault) {
@@ -201,8 +205,7 @@ impl ObservedState {
         }
         // A ramp that is over within a tick leads from force to idle, too: the client that asked for it, or the lease
         // that lapsed, has an entry of its own.
-        let had_force = matches!(before.state, Some(RigState::Engaging | RigState::Engaged));
-        (had_force && self.state == Some(RigState::Idle) && self.is_enable_button_open)
+        (before.had_force() && self.state == Some(RigState::Idle) && self.is_enable_button_open)
             .then(|| ("release", "the rig's enable button was released".to_owned()))
     }
 }

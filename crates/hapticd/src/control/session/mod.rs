@@ -136,7 +136,10 @@ enum ReceivedLine {
 impl ReceivedLine {
     /// Whether it brings force, or lets others bring it.
     const fn may_bring_force(&self) -> bool {
-        matches!(self, Self::Request { envelope, .. } if matches!(envelope.request, Request::Engage { .. } | Request::Reset {}))
+        match self {
+            Self::Request { envelope, .. } => matches!(envelope.request, Request::Engage { .. } | Request::Reset {}),
+            Self::Refused { .. } => false,
+        }
     }
 }
 
