@@ -44,7 +44,7 @@ def test_quantities_are_read_as_people_write_them(text: str, si: str, value: flo
     [
         ("5 N", "kg", "it = '5 N': it is in kg, g or mg; `N` is not accepted"),
         ("5 MN", "N", "N, mN or kN"),
-        ("5 N", "1", "a bare number or %"),
+        ("5 N", "1", "a bare number or in %"),
         ("heavy", "kg", "it = 'heavy' is not a finite number"),
         ("nan", "kg", "not a finite number"),
         ("1e999 N", "N", "not a finite number"),

@@ -89,9 +89,9 @@ fn schedule_file_is_awaited_and_kept_one_cancelled_by_name() {
     daemon.ctl_ok(&["schedule", file, "--keep", "--name", "later"]);
     let shown = daemon.ctl_ok(&["status"]);
     assert!(shown.contains("2 changes (later) from tick"), "{shown}");
-    daemon.ctl_refused(&["set", "b=9"], 1, "schedule.cancel");
+    daemon.ctl_refused(&["set", "b=9"], 1, "schedule cancel");
     let printed = daemon.ctl_ok(&["schedule", "cancel", "later"]);
-    assert!(printed.starts_with("2 scheduled changes were cancelled"), "{printed}");
+    assert!(printed.starts_with("cancelled: 2 changes"), "{printed}");
     daemon.ctl_refused(&["schedule", "cancel", "later"], 1, "");
     daemon.ctl_refused(&["set", "b=9", "--at-tick", "1"], 1, "at_tick = 1 is out of range");
 }

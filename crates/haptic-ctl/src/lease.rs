@@ -4,7 +4,7 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::units::duration;
-use haptic_ipc::{LeaseReply, Request};
+use haptic_ipc::{JournalEntry, LeaseReply, LogReply, Request};
 use nix::sys::signal::{SigHandler, Signal};
 use std::ffi::OsString;
 use std::os::unix::process::ExitStatusExt;
@@ -15,7 +15,7 @@ use tokio::signal::unix::{SignalKind, signal};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
-The exit code is the command's; after 0 the rig stays as it is. SIGTERM, SIGHUP and a SIGINT that is not the \
+The exit code is the command's; after 0 the rig stays as it is, and 6 says that the lease had lapsed meanwhile. SIGTERM, SIGHUP and a SIGINT that is not the \
 terminal's are passed on; the command of a killed haptic-ctl gets SIGTERM.
 
 Example:
@@ -53,6 +53,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<()
     let mut terminate = signal(SignalKind::terminate())?;
     let mut hang_up = signal(SignalKind::hangup())?;
     let _: LeaseReply = daemon.ask(request.clone()).await?;
+    let began_at = newest_entry(daemon).await?;
     let (program, rest) = arguments
         .command
         .split_first()
@@ -92,9 +93,40 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<()
     };
     match (code(status), lost) {
         (0, Some(failure)) => Err(failure),
-        (0, None) => end(daemon).await,
+        (0, None) => {
+            end(daemon).await?;
+            has_held(daemon, began_at, arguments.timeout).await
+        }
         // The lease is not ended: with the connection it lapses, and the rig is released.
         (code, _) => Err(Failure::Silent(code)),
+    }
+}
+
+/// Number of the journal's newest entry.
+async fn newest_entry(daemon: &mut Daemon) -> Result<u64, Failure> {
+    let request = Request::Log {
+        after: None,
+        limit: Some(1),
+    };
+    let newest: LogReply = daemon.ask(request).await?;
+    Ok(newest.entries.last().map_or(0, |entry| entry.seq))
+}
+
+/// Refuses a lease that lapsed after this entry of the journal: it held again, but the rig had been released.
+async fn has_held(daemon: &mut Daemon, began_at: u64, timeout: Duration) -> Result<(), Failure> {
+    let request = Request::Log {
+        after: Some(began_at),
+        limit: None,
+    };
+    let since: LogReply = daemon.ask(request).await?;
+    let session = &daemon.hello().session;
+    let is_own = |entry: &JournalEntry| entry.by.as_ref().is_some_and(|by| by.session == *session);
+    match since.entries.iter().find(|entry| entry.op == "lease_lapsed" && is_own(entry)) {
+        Some(JournalEntry { seq, .. }) => Err(Failure::Halted(format!(
+            "the lease lapsed while the command ran: haptic-ctl was silent for more than {timeout:?}, and the rig was \
+             released (entry {seq} of `haptic-ctl log`)"
+        ))),
+        None => Ok(()),
     }
 }
 

@@ -97,7 +97,7 @@ pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
         return if json {
             output::json(&reply)
         } else {
-            output::unless_quiet(&format!("{} scheduled changes were cancelled", reply.cancelled))
+            output::unless_quiet(&format!("cancelled: {}", output::count(reply.cancelled as u64, "change")))
         };
     };
     let stays = !keep && !dry_run;
@@ -119,9 +119,9 @@ fn show(reply: &ScheduleReply, json: bool) -> Result<(), Failure> {
     let verb = if reply.dry_run { "only tried" } else { "scheduled" };
     let ticks = |index: Option<&haptic_ipc::AcceptedChange>| index.map_or(0, |change| change.at_tick);
     output::unless_quiet(&format!(
-        "{verb}: {}, {} changes from tick {} to {}",
+        "{verb}: {}, {} from tick {} to {}",
         reply.name,
-        reply.changes.len(),
+        output::count(reply.changes.len() as u64, "change"),
         ticks(reply.changes.first()),
         ticks(reply.changes.last())
     ))?;

@@ -282,6 +282,25 @@ impl Format {
 }
 
 impl Intent {
+    /// Whether it is a command that changes what the hand feels, but for a stop.
+    pub(crate) fn moves_rig(&self) -> bool {
+        match self {
+            Self::Engage
+            | Self::Release
+            | Self::Reset
+            | Self::SameRig
+            | Self::Anyway(_)
+            | Self::Set { .. }
+            | Self::Load { .. }
+            | Self::Undo
+            | Self::Redo
+            | Self::Try { .. }
+            | Self::Study(StudyCommand::GoOn)
+            | Self::Hand { .. } => true,
+            _ => false,
+        }
+    }
+
     /// The intent as a request of the protocol; `None` if the panel carries it out itself.
     #[must_use]
     pub fn request(&self) -> Option<Request> {

@@ -81,7 +81,7 @@ def test_the_exact_scheme_is_exact_and_the_literal_one_is_not() -> None:
 
 def test_a_scene_is_read_changed_and_compared() -> None:
     scene = Scene.named("simulated-friction")
-    heavier = scene.changed({"Fs+": 6.0}, mass=2)
+    heavier = scene.changed({"Fs+": 6.0}, mass="2000 g")
     assert heavier.params["mass"] == 2.0
     assert heavier.params["static_force"] == {"positive": 6.0, "negative": scene.params["static_force"]}
     assert heavier != scene and Scene(heavier.fields) == heavier
@@ -96,9 +96,11 @@ def test_a_scene_is_read_changed_and_compared() -> None:
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        (lambda: Scene.named("luge"), "no built-in scene is called `luge`; there are simulated-friction"),
+        (lambda: Scene.named("luge"), "no built-in scene is called `luge`, did you mean `lugre`?"),
         (lambda: Scene.named("lugre").changed(mass=-1), "mass = -1 kg is out of range"),
         (lambda: Scene.named("lugre").changed(mas=1), "mas"),
+        (lambda: Scene.named("lugre").changed(mass="1 lb"), 'mass = "1 lb": `lb` is not a unit of this'),
+        (lambda: hapticd_core.simulate(pull(), "lugre"), "scene = 'lugre' is no Scene: use Scene.named"),
         (lambda: Scene({"name": "x"}), "friction"),
         (lambda: hapticd_core.simulate({"t_s": [0.0]}, Scene.named("lugre")), "lacks a column"),
         (lambda: _simulated([0.0, 1e-3, 1e-3], [0.0, 0.0, 0.0]), r"t_s\[2\] = 0.001 s does not follow 0.001 s"),

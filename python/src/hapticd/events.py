@@ -47,12 +47,13 @@ class Events(Closing):
         """Waits until the rig is in a state; returns the tick since which it is."""
         checked_state(state)
         until_s = time.monotonic() + timeout_s
-        now = "unknown"
+        now: str | None = None
         while True:
             try:
                 event = self.get(max(until_s - time.monotonic(), 0.0))
             except TimeoutError:
-                raise TimeoutError(f"the rig is {now}, and not {state}, after {timeout_s:g} s") from None
+                found = f"the rig is {now}, and not {state}," if now else "no state has come"
+                raise TimeoutError(f"{found} after {timeout_s:g} s") from None
             if event["event"] != "state":
                 continue
             now = event["state"]

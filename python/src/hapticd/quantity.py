@@ -35,7 +35,7 @@ def parse(name: str, text: str, si: str) -> float:
     """
     found = _NUMBER.match(text.strip())
     if found is None:
-        raise _not_a_number(name, text)
+        raise _not_a_number(name, text, si)
     unit = text.strip()[found.end() :]
     if "," in unit:
         remedy = "write a decimal point, and no separator between thousands"
@@ -43,15 +43,19 @@ def parse(name: str, text: str, si: str) -> float:
     plain = unit.translate(_PLAIN)
     accepted = UNITS.get(si, {})
     if plain and plain != si.translate(_PLAIN) and plain not in accepted:
-        units = ["a bare number", *accepted] if si == "1" else list(accepted) or [si]
-        others = " or ".join(filter(None, (", ".join(units[:-1]), units[-1])))
-        raise invalid(name, f"{name} = {text!r}: {name} is in {others}; `{unit.strip()}` is not accepted")
+        raise invalid(name, f"{name} = {text!r}: {name} is {_units(si)}; `{unit.strip()}` is not accepted")
     # The decimal point moves in the text: "7 g" is the number nearest to 0.007 kg, not a rounding error beside it.
     value = float(f"{found[1]}e{int(found[2] or 0) + accepted.get(plain, 0)}")
     if not math.isfinite(value):
-        raise _not_a_number(name, text)
+        raise _not_a_number(name, text, si)
     return value
 
 
-def _not_a_number(name: str, text: str) -> InvalidValue:
-    return invalid(name, f"{name} = {text!r} is not a finite number", "not_finite")
+def _not_a_number(name: str, text: str, si: str) -> InvalidValue:
+    return invalid(name, f"{name} = {text!r} is not a finite number; {name} is {_units(si)}", "not_finite")
+
+
+def _units(si: str) -> str:
+    units = list(UNITS.get(si, {})) or [si]
+    listed = "in " + " or ".join(filter(None, (", ".join(units[:-1]), units[-1])))
+    return f"a bare number or {listed}" if si == "1" else listed

@@ -101,7 +101,7 @@ class Rig(Operations):
         """The samples from now on in a numpy array, which a thread fills in the background (extra `numpy`).
 
         Args:
-            length: How long samples are kept.
+            length: How long samples are kept: an hour of 1000 samples a second, or less of more.
         """
         need("numpy", "numpy")
         length_s = seconds("length", length)

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 #: Seconds of samples that may wait for a slow program.
 WAITING_S = 120.0
 
+#: Samples that a buffer keeps at most: an hour at 1 kHz, about half a gigabyte.
+_MAX_KEPT = 3_600_000
+
 
 class Gaps:
     """Finds missing samples: those that the daemon tells of, and ticks that are not there.
@@ -209,9 +212,10 @@ class Buffer(Closing):
         rate_hz: float | None = None,
         batch_ms: int | None = None,
     ) -> None:
-        if length_s <= 0:
-            message = f"length = {length_s} s is out of range: it must be above 0 s"
-            raise invalid("length", message, "out_of_range", value=length_s, min=0.0, unit="s")
+        longest_s = _MAX_KEPT / (rate_hz or loop_rate_hz)
+        if not 0 < length_s <= longest_s:
+            message = f"length = {length_s:g} s is out of range: it must be above 0 and up to {longest_s:g} s at this rate"
+            raise invalid("length", message, "out_of_range", value=length_s, min=0.0, max=longest_s, unit="s")
         self._loop_rate_hz = loop_rate_hz
         self._length_s = length_s
         self._changed = threading.Condition()

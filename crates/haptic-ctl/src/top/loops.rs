@@ -11,15 +11,17 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph};
 
 pub(super) fn draw_histogram(frame: &mut Frame<'_>, area: Rect, model: &Model) {
-    let block = Block::bordered().title(" wake-up latency, last 10 s ");
+    let timing = model.daemon.timing.as_ref();
+    let buckets = timing.map_or(&[][..], |timing| &timing.last_10_s.histogram.wake_latency_ns);
+    let used = buckets.iter().skip_while(|bucket| bucket.count == 0).count();
+    let block = Block::bordered();
+    let shown = used.min(usize::from(block.inner(area).height));
+    // The slowest buckets matter most.
+    let title = if shown < used { " wake-up latency, 10 s, the slowest " } else { " wake-up latency, last 10 s " };
+    let block = block.title(title);
     let inner = block.inner(area);
     frame.render_widget(block, area);
-    let Some(timing) = &model.daemon.timing else { return };
-    let buckets = &timing.last_10_s.histogram.wake_latency_ns;
-    let shown = buckets.iter().skip_while(|bucket| bucket.count == 0).count();
-    // The slowest buckets matter most.
-    let first = buckets.len() - shown.min(usize::from(inner.height));
-    let text = timing::histogram(&buckets[first..], 12.0);
+    let text = timing::histogram(&buckets[buckets.len() - shown..], 12.0);
     frame.render_widget(Paragraph::new(text), inner);
 }
 

@@ -83,8 +83,9 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         (Some(why), _) => format!("Refused: {why}"),
         // Without the "-0.0" that would flicker around rest.
         (None, Some(sample)) => format!(
-            "Force on the hand {:.1} N{}",
+            "Force on the hand {:.1} N{}{}",
             (10.0 * sample.command_force_n).round() / 10.0 + 0.0,
+            beyond(sample.device_position_m),
             if held { "" } else { "; drag here to pull the handle" }
         ),
         (None, None) => "Drag here to pull the handle".to_owned(),
@@ -93,6 +94,14 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let layout = Layout::left_to_right(Align::Max);
     let mut corner = ui.new_child(UiBuilder::new().max_rect(place).layout(layout));
     corner.add(Label::new(RichText::new(text).small()).truncate());
+}
+
+/// Where the handle is, if that is beyond the strip, at whose end it is drawn.
+fn beyond(handle_m: f64) -> String {
+    if handle_m.abs() <= REACH_M {
+        return String::new();
+    }
+    format!("; the handle is at {:.0} mm, beyond this strip", 1e3 * handle_m)
 }
 
 /// The ground, a mark for each centimetre, and a longer one in the middle.

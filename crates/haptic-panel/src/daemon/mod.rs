@@ -111,6 +111,11 @@ impl Daemon {
         Some(self.no_sample_for).filter(|lasts| !lasts.is_zero())
     }
 
+    /// Whether the rig takes commands now. A daemon that hangs would carry them out later, and surprise the hand.
+    pub(crate) fn takes_commands(&self) -> bool {
+        self.is_connected() && self.silence().is_none()
+    }
+
     /// Whether nobody knows what the rig does: its daemon is silent, or is lost and had force on a motor.
     pub(crate) fn is_rig_unknown(&self) -> bool {
         let had_force = || self.mirror.last_rig().is_some_and(|rig| rig.state.is_live()) && !self.takes_hand();
@@ -286,8 +291,8 @@ impl Daemon {
     pub(crate) fn take_stop(&mut self, news: StopNews) {
         match news {
             StopNews::Answered { after, result } => {
-                let known_tick = self.mirror.last_rig().map(|rig| rig.tick);
-                if let Some((state, tick)) = self.stop.take_answer(after, result, known_tick) {
+                let known = self.mirror.last_rig().map(|rig| (rig.state, rig.tick));
+                if let Some((state, tick)) = self.stop.take_answer(after, result, known) {
                     let change = self.mirror.take_state(&StateReply { state, tick });
                     self.note_rig(&change);
                 }

@@ -134,8 +134,7 @@ fn show_state(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
         (Link::Connected { .. }, Some(rig)) => (describe(rig.state), palette.state(rig.state)),
     };
     show_badge(ui, badge, fill);
-    // A command to a daemon that hangs would surprise the hand when it goes on.
-    let state = daemon.rig().map(|rig| rig.state).filter(|_| !is_silent);
+    let state = daemon.rig().map(|rig| rig.state).filter(|_| daemon.takes_commands());
     show_commands(ui, state, daemon.asks_before_engaging(), intents);
     let (first, second, hint) = match &daemon.link {
         Link::Connected { path } => {

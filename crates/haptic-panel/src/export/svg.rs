@@ -146,8 +146,12 @@ fn figure(title: String, chart: &Chart, contacts: &[Run], height_px: f64) -> dra
             traces.push(Trace::line(name, points).in_colour(color));
         }
     }
+    let is_within = |at: &f64, (from, to): (f64, f64)| (from..=to).contains(at);
     for overlay in &chart.overlays {
+        // A name in the legend is of something that is drawn.
         let (name, points, form, ink) = match overlay {
+            Overlay::Level { value, .. } if !is_within(value, chart.up) => continue,
+            Overlay::Mark { at, .. } if !is_within(at, chart.across) => continue,
             Overlay::Level { value, label, ink, .. } => (
                 &**label,
                 [chart.across.0, chart.across.1].map(|at| [at, *value]),
@@ -176,7 +180,6 @@ fn figure(title: String, chart: &Chart, contacts: &[Run], height_px: f64) -> dra
     }
     traces.extend(chart.under().chain(&chart.curves).map(line));
     for overlay in &chart.overlays {
-        // A name in the legend is of something that is drawn.
         if let Overlay::Dots { name, at, color, .. } = overlay
             && !at.is_empty()
         {

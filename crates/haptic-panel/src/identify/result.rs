@@ -64,7 +64,7 @@ const TALL: f32 = 760.0;
 
 /// Shows what the daemon says of the scene, and the buttons.
 pub(super) fn show_use(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
-    let is_connected = model.is_connected();
+    let is_connected = model.daemon.takes_commands();
     let is_tuning = model.view.tuning.trial.is_active();
     let fitting = &mut model.view.fitting;
     let Progress::Found(found) = fitting.progress() else {
@@ -88,7 +88,7 @@ pub(super) fn show_use(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>
     let why_not = if is_connected {
         "A try is under way"
     } else {
-        "There is no daemon"
+        "No daemon answers"
     };
     if button.on_hover_text(hint).on_disabled_hover_text(why_not).clicked() {
         intents.push(fitting.begin_trial());

@@ -50,7 +50,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         intents.push(Intent::Stop);
     }
     page_row::take_keys(ui, model);
-    if model.is_connected() {
+    if model.daemon.takes_commands() {
         tune::take_keys(ui, &model.daemon.mirror.scene, &model.view.tuning, &mut intents);
     }
     note::take_key(ui, model);
@@ -76,15 +76,17 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     }
     if model.daemon.takes_hand() {
         Panel::bottom("hand").show(ui, |ui| {
-            // A daemon that hangs would move it later.
-            let is_sending = model.daemon.is_connected() && model.daemon.silence().is_none();
-            ui.add_enabled_ui(is_sending, |ui| hand_strip::show(ui, model, &mut intents));
+            ui.add_enabled_ui(model.daemon.takes_commands(), |ui| hand_strip::show(ui, model, &mut intents));
         });
     }
     page::show(model.view.page, ui, model, &mut intents);
     help::show(ui, page_area, &mut model.view.help_shown);
     subject::show(ui.ctx(), &model.view.study.screen);
     keep_keyboard(ui, had_keyboard);
+    if !model.daemon.takes_commands() {
+        // Whatever was open when the daemon fell silent.
+        intents.retain(|intent| !intent.moves_rig());
+    }
     model.view.tuning.note_sent(&intents);
     let (changes, wait) = model.due(now);
     intents.extend(changes);

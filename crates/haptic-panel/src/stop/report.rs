@@ -46,12 +46,13 @@ impl StopReport {
         matches!(self, Self::Waiting { .. } | Self::Sent { .. } | Self::NotSent { .. })
     }
 
-    /// The user pressed Stop at `now`.
-    pub(crate) fn press(&mut self, now: Instant, is_connected: bool) {
-        *self = if is_connected {
-            Self::Waiting { since: now }
-        } else {
-            Self::no_connection()
+    /// The user pressed Stop at `now`, on a rig in this state, if that is known. A rig that a stop has just halted is
+    /// stopped again, and stays as it is: a key may be seen by the watch on keys first, and by a window after it.
+    pub(crate) fn press(&mut self, now: Instant, is_connected: bool, state: Option<RigState>) {
+        *self = match *self {
+            Self::Confirmed { .. } if is_connected && state.is_some_and(is_halted) => return,
+            _ if is_connected => Self::Waiting { since: now },
+            _ => Self::no_connection(),
         };
     }
 
@@ -125,17 +126,20 @@ impl StopReport {
     }
 
     /// Takes an answer to a stop. Every stop goes out on two connections: the first answer counts, and a
-    /// confirmation counts more than a refusal. `known_tick` is the tick of the known state of the rig.
-    /// Returns the state that a confirmation brings.
+    /// confirmation counts more than a refusal. `known` is the known state of the rig, and its tick. Returns the state
+    /// that a confirmation brings.
     pub(crate) fn take_answer(
         &mut self,
         after: Duration,
         result: Result<StateReply, WireError>,
-        known_tick: Option<u64>,
+        known: Option<(RigState, u64)>,
     ) -> Option<(RigState, u64)> {
         if let Ok(StateReply { state, tick }) = result
             && is_halted(state)
         {
+            // An earlier stop, or another client's, had halted it.
+            let halted = known.filter(|(known, at)| *known == state && *at <= tick);
+            let tick = halted.map_or(tick, |(_, at)| at);
             *self = match *self {
                 // The second connection's, which found the rig stopped.
                 Self::Confirmed { after, tick: first } => Self::Confirmed {
@@ -143,7 +147,7 @@ impl StopReport {
                     tick: first.min(tick),
                 },
                 // The rig was reset since.
-                Self::Settled if known_tick.is_some_and(|known| known > tick) => return None,
+                Self::Settled if known.is_some_and(|(_, at)| at > tick) => return None,
                 _ => Self::Confirmed { after, tick },
             };
             return Some((state, tick));

@@ -26,8 +26,8 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             .resizable(false)
             .exact_size(panel::WIDTH)
             .show(ui, |ui| {
-                // The scene of a daemon that has gone is dimmed and keeps its place.
-                ui.add_enabled_ui(daemon.is_connected(), |ui| {
+                // The scene of a daemon that has gone, or hangs, is dimmed and keeps its place.
+                ui.add_enabled_ui(daemon.takes_commands(), |ui| {
                     panel::show(ui, daemon, &mut view.tuning, intents);
                 });
             });

@@ -69,6 +69,15 @@ fn a_drag_on_the_strip_moves_the_hand_until_it_is_let_go() {
 }
 
 #[test]
+fn handle_beyond_the_strip_has_its_place_in_words() {
+    let mut panel = with_hand();
+    let mut far = sample(1.1);
+    far.device_position_m = -0.115;
+    feel(&mut panel, &[far]);
+    panel.get_by_label_contains("the handle is at -115 mm, beyond this strip");
+}
+
+#[test]
 fn a_refused_hand_is_shown_and_a_lost_rig_takes_none() {
     let mut panel = with_hand();
     refuse(

@@ -2,15 +2,16 @@
 
 use crate::bench::{
     Hands as _, Panel, asked, connected, enter, find_another_daemon, hear, is_enabled, lose_the_daemon, of_depth,
-    press, refuse, set, state_event, type_into, wait,
+    press, press_item, refuse, set, state_event, type_into, wait,
 };
+use crate::library::listed;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::friction::LAWS;
 use haptic_core::{Directional, Parameter, Scene};
 use haptic_ipc::{
     ChangeReply, Description, Difference, ErrorCode, Event, JournalEntry, ParameterDescription, Peer, RigState,
-    SceneRef, SceneReply, Value, params_of,
+    SceneListReply, SceneRef, SceneReply, Value, params_of,
 };
 use haptic_panel::{Answer, Intent, Update};
 use std::time::{Duration, Instant};
@@ -225,6 +226,29 @@ fn keys_undo_and_redo_but_not_while_a_number_is_typed() {
     type_into(&mut panel, "mass value", "7");
     panel.hit_with(undo, Key::Z);
     assert_eq!(asked(&mut panel), [], "the field's own undo");
+}
+
+#[test]
+fn a_hanging_daemon_gets_no_change_of_scene() {
+    let mut panel = connected(RigState::Engaged);
+    hear(&mut panel, of_depth(1, 1));
+    let scenes = vec![listed("high-stiction")];
+    hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
+    press(&mut panel, "scenes");
+    asked(&mut panel);
+    hear(&mut panel, Update::NoSample(Duration::from_millis(600)));
+    for control in ["undo", "scenes", "friction law", "mass slider"] {
+        assert!(!is_enabled(&panel, control), "{control}");
+    }
+    // Of a list that was open when it fell silent.
+    if panel.query_by_label("high-stiction").is_some() {
+        press_item(&mut panel, "high-stiction");
+    }
+    panel.hit_with(Modifiers::COMMAND, Key::Z);
+    assert_eq!(asked(&mut panel), [], "it would be carried out later, when nobody expects it");
+    hear(&mut panel, Update::NoSample(Duration::ZERO));
+    panel.hit_with(Modifiers::COMMAND, Key::Z);
+    assert_eq!(asked(&mut panel), [Intent::Undo]);
 }
 
 #[test]

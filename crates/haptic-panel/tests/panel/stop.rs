@@ -174,10 +174,27 @@ fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
     hear(&mut panel, in_state(RigState::Engaged, 4711));
     hear(&mut panel, in_state(RigState::Stopped, 4711));
     panel.get_by_label("Stopped (confirmed, 3 ms) at tick 4711");
-    hear(&mut panel, in_state(RigState::Idle, 5000));
+    // The same key, seen again, stops a rig that is stopped.
+    let again = || {
+        Update::Stop(StopNews::Answered {
+            after: Duration::ZERO,
+            result: Ok(StateReply {
+                state: RigState::Stopped,
+                tick: 4739,
+            }),
+        })
+    };
+    press_stop(&mut panel);
+    hear(&mut panel, again());
+    panel.get_by_label("Stopped (confirmed, 3 ms) at tick 4711");
+    hear(&mut panel, in_state(RigState::Idle, 4713));
     assert!(panel.query_by_label_contains("at tick 4711").is_none(), "it was reset");
-    hear(&mut panel, in_state(RigState::Stopped, 6000));
-    panel.get_by_label("Stopped at tick 6000");
+    hear(&mut panel, in_state(RigState::Stopped, 4715));
+    panel.get_by_label("Stopped at tick 4715");
+    // Another client's stop came first.
+    press_stop(&mut panel);
+    hear(&mut panel, again());
+    panel.get_by_label("Stopped (confirmed, 0 ms) at tick 4715");
 }
 
 // hazard: H4

@@ -68,10 +68,9 @@ class Scene:
         """A scene that every library has: `lugre`, `simulated-friction`, ..."""
         return cls._of(_native.Scene.named(name))
 
-    def changed(self, params: Mapping[str, float] | None = None, /, **more: float) -> Scene:
-        """The scene with other values, by name or symbol: `scene.changed({"Fs+": 5}, mass=1.5)`."""
-        values = {**(params or {}), **more}
-        return Scene._of(self._native.with_values([(name, float(value)) for name, value in values.items()]))
+    def changed(self, params: Mapping[str, float | str] | None = None, /, **more: float | str) -> Scene:
+        """The scene with other values, by name or symbol: `scene.changed({"Fs+": 5}, mass="200 g")`."""
+        return Scene._of(self._native.with_values(list({**(params or {}), **more}.items())))
 
     @property
     def params(self) -> dict[str, float | dict[str, float]]:
@@ -176,7 +175,7 @@ def simulate(
     Raises:
         ValueError: The motion or the scene cannot be rendered.
     """
-    native = _native.simulate(_motion(motion), scene._native, scheme, block_position_m, block_velocity_mps)
+    native = _native.simulate(_motion(motion), _scene(scene), scheme, block_position_m, block_velocity_mps)
     return Simulation._of(native)
 
 
@@ -188,7 +187,7 @@ def reference(
     Raises:
         ValueError: There is no reference for the scene's law.
     """
-    native = _native.reference(_motion(motion), scene._native, block_position_m, block_velocity_mps)
+    native = _native.reference(_motion(motion), _scene(scene), block_position_m, block_velocity_mps)
     return Simulation._of(native)
 
 
@@ -201,10 +200,10 @@ def accuracy(
     block_velocity_mps: float = 0.0,
 ) -> Accuracy:
     """How far a scheme is from the `reference`. The arguments are those of `simulate`."""
-    samples = _motion(motion)
-    run = _native.simulate(samples, scene._native, scheme, block_position_m, block_velocity_mps)
-    truth = _native.reference(samples, scene._native, block_position_m, block_velocity_mps)
-    return Accuracy(*_native.compare(run, truth, scene._native))
+    samples, native = _motion(motion), _scene(scene)
+    run = _native.simulate(samples, native, scheme, block_position_m, block_velocity_mps)
+    truth = _native.reference(samples, native, block_position_m, block_velocity_mps)
+    return Accuracy(*_native.compare(run, truth, native))
 
 
 def replay(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -216,6 +215,12 @@ def replay(path: str | os.PathLike[str]) -> dict[str, Any]:
     """
     report: dict[str, Any] = json.loads(_native.replay(path))
     return report
+
+
+def _scene(scene: Scene) -> _native.Scene:
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene = {scene!r} is no Scene: use Scene.named, Scene.read or Scene.from_toml")
+    return scene._native
 
 
 def _motion(motion: Motion) -> _native.Motion:

@@ -147,7 +147,7 @@ impl Schedule {
         };
         let message = format!(
             "cannot {what}: scheduled changes of {by} wait for their tick ({waiting}, from tick {next_tick} to \
-             {last_tick}); wait for the last one, or take them back with `schedule.cancel`"
+             {last_tick}); wait for the last one, or take them back with `haptic-ctl schedule cancel`"
         );
         Err(WireError::new(ErrorCode::Scheduled, message).about("state"))
     }
@@ -387,7 +387,7 @@ impl RigHandle {
     fn enter_cancelled(&self, cancelled: usize, by: Option<&Peer>, why: &str) {
         let entry = JournalEntry {
             by: by.cloned(),
-            message: Some(format!("{cancelled} scheduled changes were cancelled: {why}")),
+            message: Some(format!("scheduled changes were cancelled ({cancelled}): {why}")),
             ..JournalEntry::of(if by.is_some() {
                 "schedule.cancel"
             } else {
