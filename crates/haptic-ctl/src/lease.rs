@@ -121,7 +121,11 @@ async fn has_held(daemon: &mut Daemon, began_at: u64, timeout: Duration) -> Resu
     let since: LogReply = daemon.ask(request).await?;
     let session = &daemon.hello().session;
     let is_own = |entry: &JournalEntry| entry.by.as_ref().is_some_and(|by| by.session == *session);
-    match since.entries.iter().find(|entry| entry.op == "lease_lapsed" && is_own(entry)) {
+    match since
+        .entries
+        .iter()
+        .find(|entry| entry.op == "lease_lapsed" && is_own(entry))
+    {
         Some(JournalEntry { seq, .. }) => Err(Failure::Halted(format!(
             "the lease lapsed while the command ran: haptic-ctl was silent for more than {timeout:?}, and the rig was \
              released (entry {seq} of `haptic-ctl log`)"

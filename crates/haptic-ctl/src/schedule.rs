@@ -97,7 +97,10 @@ pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
         return if json {
             output::json(&reply)
         } else {
-            output::unless_quiet(&format!("cancelled: {}", output::count(reply.cancelled as u64, "change")))
+            output::unless_quiet(&format!(
+                "cancelled: {}",
+                output::count(reply.cancelled as u64, "change")
+            ))
         };
     };
     let stays = !keep && !dry_run;

@@ -108,7 +108,10 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
         } else {
             format!(" ({})", names.join(", "))
         };
-        let text = format!("{}{named} from tick {next_tick} to {last_tick}, by {by}", output::count(*waiting as u64, "change"));
+        let text = format!(
+            "{}{named} from tick {next_tick} to {last_tick}, by {by}",
+            output::count(*waiting as u64, "change")
+        );
         ("scheduled", text)
     }));
     rows.extend(

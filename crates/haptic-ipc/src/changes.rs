@@ -2,7 +2,7 @@
 
 use crate::error::{ErrorCode, WireError};
 use crate::object::{Field, FieldValue, Limits, Object};
-use crate::parameter;
+use crate::{parameter, refusal};
 use haptic_core::{Direction, Directional, ParameterKey, Scene};
 use serde::{Serialize, Serializer};
 
@@ -153,7 +153,18 @@ fn read_change(given: &FieldValue<'_>) -> Result<ParameterChange, WireError> {
         fields.any(|field| ["times", "plus"].contains(&field.name))
     });
     let Some(relative) = relative else {
-        return parameter::read(given, true).map(ParameterChange::To);
+        let object = Object::of(given);
+        let known: &[&str] = if given.name.parse::<ParameterKey>()?.parameter.info().directional {
+            &["times", "plus", "positive", "negative"]
+        } else {
+            &["times", "plus"]
+        };
+        let fields = object.as_ref().map(Object::values).into_iter().flatten();
+        let unknown = fields.map(|field| field.name).find(|name| !known.contains(name));
+        return match unknown {
+            Some(name) => Err(refusal::unknown_field(given.name, name, known)),
+            None => parameter::read(given, true).map(ParameterChange::To),
+        };
     };
     given.name.parse::<ParameterKey>()?;
     let mut fields = relative.values();

@@ -141,7 +141,11 @@ impl Model {
     /// A stop was pressed at `now`, and sent elsewhere: what is typed by half is dropped, and the outcome shown.
     pub(crate) fn press_stop(&mut self, now: Instant) {
         self.view.tuning.discard_typing();
-        let state = self.daemon.rig().map(|rig| rig.state).filter(|_| self.daemon.takes_commands());
+        let state = self
+            .daemon
+            .rig()
+            .map(|rig| rig.state)
+            .filter(|_| self.daemon.takes_commands());
         self.daemon.stop.press(now, self.daemon.is_connected(), state);
     }
 

@@ -59,6 +59,13 @@ class Rig(Operations):
                 self._lease = Lease(self._control, lease_ms)
             opened.pop_all()
 
+    if not TYPE_CHECKING:  # a type checker knows already that there is no such attribute
+
+        def __setattr__(self, name: str, value: object) -> None:
+            if not name.startswith("_") and name not in ("path", "hello"):
+                raise AttributeError(f"rig.{name} = {value!r} would change nothing: rig.set({name}={value!r}) does")
+            object.__setattr__(self, name, value)
+
     def request(self, op: str, **fields: Any) -> dict[str, Any]:
         """Any operation of the protocol, with its fields as on the wire; returns what `ok` holds."""
         if self._lease is not None:

@@ -93,11 +93,18 @@ pub enum LinkError {
     Stuck,
     /// The device has sent nothing for too long.
     Silent,
+    /// This program stood still for so long that the device has fallen silent, ms.
+    Standstill(u32),
     /// The device has reported an error.
     Device(ErrorReport),
 }
 
 impl LinkError {
+    /// That this program stood still, for a time, ns.
+    pub(crate) fn standstill(lasted_ns: u64) -> Self {
+        Self::Standstill(u32::try_from(lasted_ns / 1_000_000).unwrap_or(u32::MAX))
+    }
+
     /// The kind in the upper bits, the device's code in the middle, and a number below. No word is
     /// 0.
     fn word(self) -> u64 {
@@ -108,6 +115,7 @@ impl LinkError {
             Self::HungUp => number(3, 0),
             Self::Stuck => number(4, 0),
             Self::Silent => number(5, 0),
+            Self::Standstill(ms) => 7 << 56 | u64::from(ms),
             Self::Device(ErrorReport { code, detail }) => 6 << 56 | u64::from(code as u8) << 32 | u64::from(detail),
         }
     }
@@ -121,6 +129,7 @@ impl LinkError {
             3 => Self::HungUp,
             4 => Self::Stuck,
             5 => Self::Silent,
+            7 => Self::Standstill(number),
             6 => Self::Device(ErrorReport {
                 code: ErrorCode::from_byte(code),
                 detail: number,
@@ -139,6 +148,13 @@ impl fmt::Display for LinkError {
             Self::HungUp => f.write_str("it was hung up"),
             Self::Stuck => f.write_str("it accepted no command for too long"),
             Self::Silent => f.write_str("the device sent nothing for too long"),
+            Self::Standstill(ms) => {
+                let s = f64::from(ms) * 1e-3;
+                write!(
+                    f,
+                    "hapticd stood still for {s:.1} s, and a device falls silent after 1 s without a command"
+                )
+            }
             Self::Device(report) => write!(f, "the device reported: {report}"),
         }
     }
@@ -300,6 +316,7 @@ mod tests {
             LinkError::HungUp,
             LinkError::Stuck,
             LinkError::Silent,
+            LinkError::Standstill(u32::MAX),
             LinkError::Device(ErrorReport {
                 code: ErrorCode::Other,
                 detail: u32::MAX,

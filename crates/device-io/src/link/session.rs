@@ -25,6 +25,9 @@ const ENABLE_TIMEOUT_NS: u64 = 100_000_000;
 /// failure behind a converter, and must be greeted again.
 const SILENCE_NS: u64 = 500_000_000;
 
+/// Time without a message after which a device falls silent until it is greeted again, ns.
+const DEVICE_PATIENCE_NS: u64 = 1_000_000_000;
+
 /// Time between two sendings of the same zero force while no other command may be sent, ns.
 const SEND_AGAIN_NS: u64 = 10_000_000;
 
@@ -132,6 +135,9 @@ pub(crate) struct LinkSession {
     used: Option<u32>,
     /// Time of the last new sample on our clock, ns.
     received_at_ns: u64,
+    /// Time of the last measurement, and of the end of our last standstill by which the device may have lost us, ns.
+    measured_at_ns: u64,
+    standstill_until_ns: Option<u64>,
     device_ns: u64,
     /// Samples since the mean time between them was taken, and when that was, ns.
     periods: u64,
@@ -166,6 +172,8 @@ impl LinkSession {
             newest: None,
             used: None,
             received_at_ns: now_ns,
+            measured_at_ns: now_ns,
+            standstill_until_ns: None,
             device_ns: 0,
             // The first sample ends no period.
             periods: PERIODS - 1,
@@ -276,10 +284,21 @@ impl LinkSession {
     /// The motor is not enabled though it should be, the device has reported an error, confirms commands under force
     /// too late or not at all, or was silent for too long and must be greeted again.
     pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
+        let since_ns = now_ns.saturating_sub(replace(&mut self.measured_at_ns, now_ns));
+        if since_ns >= DEVICE_PATIENCE_NS {
+            self.standstill_until_ns = Some(now_ns);
+            self.counters.note_error(LinkError::standstill(since_ns), now_ns);
+        }
         if self.has_news() {
             self.received_at_ns = now_ns;
         } else if now_ns.saturating_sub(self.received_at_ns) > SILENCE_NS {
-            self.counters.note_error(LinkError::Silent, now_ns);
+            // What came during a standstill is read soon after it, and then the device is silent because we were.
+            if self
+                .standstill_until_ns
+                .is_none_or(|end_ns| now_ns - end_ns > 2 * SILENCE_NS)
+            {
+                self.counters.note_error(LinkError::Silent, now_ns);
+            }
             return Err(DeviceError::Disconnected);
         }
         let Some(newest) = self.newest else {

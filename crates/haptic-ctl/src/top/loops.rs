@@ -17,7 +17,11 @@ pub(super) fn draw_histogram(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let block = Block::bordered();
     let shown = used.min(usize::from(block.inner(area).height));
     // The slowest buckets matter most.
-    let title = if shown < used { " wake-up latency, 10 s, the slowest " } else { " wake-up latency, last 10 s " };
+    let title = if shown < used {
+        " wake-up latency, 10 s, the slowest "
+    } else {
+        " wake-up latency, last 10 s "
+    };
     let block = block.title(title);
     let inner = block.inner(area);
     frame.render_widget(block, area);

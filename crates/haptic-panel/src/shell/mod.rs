@@ -76,7 +76,9 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     }
     if model.daemon.takes_hand() {
         Panel::bottom("hand").show(ui, |ui| {
-            ui.add_enabled_ui(model.daemon.takes_commands(), |ui| hand_strip::show(ui, model, &mut intents));
+            ui.add_enabled_ui(model.daemon.takes_commands(), |ui| {
+                hand_strip::show(ui, model, &mut intents)
+            });
         });
     }
     page::show(model.view.page, ui, model, &mut intents);

@@ -245,7 +245,11 @@ fn a_hanging_daemon_gets_no_change_of_scene() {
         press_item(&mut panel, "high-stiction");
     }
     panel.hit_with(Modifiers::COMMAND, Key::Z);
-    assert_eq!(asked(&mut panel), [], "it would be carried out later, when nobody expects it");
+    assert_eq!(
+        asked(&mut panel),
+        [],
+        "it would be carried out later, when nobody expects it"
+    );
     hear(&mut panel, Update::NoSample(Duration::ZERO));
     panel.hit_with(Modifiers::COMMAND, Key::Z);
     assert_eq!(asked(&mut panel), [Intent::Undo]);

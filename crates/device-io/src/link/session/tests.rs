@@ -243,6 +243,23 @@ fn a_silent_device_is_given_up_and_a_failing_one_says_why() {
     let silent_ns = pair.now_ns + SILENCE_NS;
     assert!(pair.session.measurement(silent_ns).is_ok(), "reported once");
     assert_eq!(pair.session.measurement(silent_ns + 1), Err(DeviceError::Disconnected));
+    let last = |pair: &Pair| pair.session.counters.last_error().map(|(error, _)| error);
+    assert_eq!(last(&pair), Some(LinkError::Silent));
+    // It was not the device that kept silent first.
+    let mut pair = Pair::new();
+    pair.tick(0.0, false).expect("it is there");
+    let awake_ns = pair.now_ns + 2500 * MS;
+    let sample = pair.firmware.sample(pair.now_ns + MS).expect("one that waited");
+    pair.session.take(Ok(sample), awake_ns);
+    assert!(
+        pair.session.measurement(awake_ns).is_ok(),
+        "what had come before is read"
+    );
+    let lost = pair.session.measurement(awake_ns + SILENCE_NS + 1);
+    assert_eq!(
+        (lost, last(&pair)),
+        (Err(DeviceError::Disconnected), Some(LinkError::Standstill(2500)))
+    );
 }
 
 #[test]

@@ -5,13 +5,18 @@ use crate::control::journal::{Completion, Journal};
 use crate::control::link_log::LinkLog;
 use crate::control::presence::{Change, Presence};
 use crate::log::Level;
+use crate::rt::clock::now_ns;
 use crate::rt::handoff::{StopConfirmation, Stopped};
 use crate::rt::outbox::{Answers, TickRecord};
-use device_io::link::LinkMonitor;
+use device_io::link::{LinkError, LinkMonitor};
+
 use haptic_core::sample::DeviceError;
 use haptic_core::servo::Fault;
 use haptic_ipc::{JournalEntry, RigState, StateChange};
 use std::time::Instant;
+
+/// Age up to which an error of the link is why its device is lost, ns.
+const RECENT_NS: u64 = 2_000_000_000;
 
 /// The journal, and what it has seen of the rig.
 #[derive(Debug, Default)]
@@ -104,7 +109,10 @@ impl RigJournal {
                     let message = match record.input_word.sample(0, 0, 0.0) {
                         Err(DeviceError::Disconnected) => device.clone(),
                         Err(error) => format!("{device}: {error}"),
-                        Ok(_) => format!("{device}: no new sample came in time"),
+                        Ok(_) => match facts.link.as_ref().and_then(recent_error) {
+                            Some(error) => format!("{device}: {error}"),
+                            None => format!("{device}: no new sample came in time"),
+                        },
                     };
                     let entry = JournalEntry {
                         state: (change.before != change.after).then_some(change),
@@ -120,7 +128,10 @@ impl RigJournal {
         let Some(link) = &facts.link else { return };
         for change in self.presence.changes(link) {
             let entry = match change {
-                Change::Lost => lost(None, facts.device.clone()),
+                Change::Lost => {
+                    let why = recent_error(link).map_or_else(String::new, |error| format!(": {error}"));
+                    lost(None, format!("{}{why}", facts.device))
+                }
                 Change::Found { firmware } => of_device("connected", None, format!("{}: {firmware}", facts.device)),
             };
             self.entries.enter(Completion::Done, entry);
@@ -208,4 +219,10 @@ impl ObservedState {
         (before.had_force() && self.state == Some(RigState::Idle) && self.is_enable_button_open)
             .then(|| ("release", "the rig's enable button was released".to_owned()))
     }
+}
+
+/// Why the link has just lost its device, where it knows.
+fn recent_error(link: &LinkMonitor) -> Option<LinkError> {
+    let (error, at_ns) = link.counters().last_error()?;
+    (now_ns().saturating_sub(at_ns) < RECENT_NS).then_some(error)
 }
