@@ -124,7 +124,7 @@ pub(super) fn best_shift(even: &Even, options: &Options) -> Option<(f64, Interva
 fn note_drift(found: &mut Identified, slides: &Slides) {
     let certain = slides
         .value(&[(Unknown::Drift, 1.0)])
-        .filter(|(drift, reach)| drift.abs() > 2.0 * reach);
+        .filter(|(drift, reach)| drift.abs() > (2.0 * reach).max(slides.least_force_n()));
     if let Some((drift, reach)) = certain {
         found.notes.push(format!(
             "the force's zero drifts by {drift:.3} +- {reach:.3} N over the record, which is fitted and left out"

@@ -7,7 +7,7 @@
 //! where the mass crosses the gap. The fit is made once more without the windows in which the force that it predicts
 //! comes near to zero. The measured force would choose by its noise.
 
-use super::problem::{Problem, Slides};
+use super::problem::{CALIBRATION_SHARE, Problem, Slides};
 use super::regression::{Fit, OVERLAPPING, Rows, Shape, Unknown};
 use crate::identify::result::Identified;
 use crate::robust_fit;
@@ -43,8 +43,11 @@ pub(super) fn explained(problem: &Problem<'_>, slides: Slides, found: &mut Ident
     let with_spring = with_hats(problem, &slides.rows, slides.fit.shape, 1).filter(|sprung| {
         let height = sprung.value(Unknown::Place(0)).unwrap_or(0.0);
         let of = sprung.uncertainty_of(Unknown::Place(0));
-        // Under one frequency whatever the law lacks would look like one.
-        share_of_mass(&slides.rows, sprung) >= MIN_MASS_SHARE && of.is_some_and(|of| height.abs() > of.reach_certain())
+        let level = sprung.value(Unknown::Level(0)).unwrap_or(0.0);
+        // Under one frequency whatever the law lacks would look like one. In a record without noise less than a
+        // calibration's share is certain, too.
+        share_of_mass(&slides.rows, sprung) >= MIN_MASS_SHARE
+            && of.is_some_and(|of| height.abs() > of.reach_certain().max(CALIBRATION_SHARE * level.abs()))
     });
     let is_sprung = with_spring.is_some();
     let slides = match with_spring {

@@ -210,6 +210,10 @@ pub(in crate::identify) const CALIBRATION_SHARE: f64 = 1e-3;
 /// samples by `K T^2 / 12` times the acceleration: 1.7 g at 20 kN/m and 1 kHz.
 pub(in crate::identify) const SAMPLING_SHARE: f64 = 3e-3;
 
+/// No force is in proportion by more than this share of itself: how it goes with velocity is not known better, also
+/// where a record is computed and has no noise.
+const LINEARITY_SHARE: f64 = 1e-4;
+
 /// A fit under its window.
 #[derive(Debug)]
 pub(super) struct Slides {
@@ -256,6 +260,24 @@ impl Slides {
         self.other = Some(other);
     }
 
+    /// Viscous friction, N s/m, of which the fastest slide shows no more than [`LINEARITY_SHARE`] of the force.
+    fn least_viscous(&self) -> f64 {
+        let rows = &self.rows.rows;
+        let fastest = rows
+            .iter()
+            .fold(0.0, |fastest: f64, row| fastest.max(row.velocity.abs()));
+        if fastest > 0.0 {
+            self.least_force_n() / fastest
+        } else {
+            0.0
+        }
+    }
+
+    /// The least force that is told from none, N: [`LINEARITY_SHARE`] of the kinetic friction.
+    pub(super) fn least_force_n(&self) -> f64 {
+        LINEARITY_SHARE * self.fit.value(Unknown::Level(0)).unwrap_or(0.0).abs()
+    }
+
     /// A sum of unknowns with factors, and half of its 95 % interval.
     pub(super) fn value(&self, sum: &[(Unknown, f64)]) -> Option<(f64, f64)> {
         let of = |fit: &Fit| {
@@ -269,12 +291,13 @@ impl Slides {
         let steps = self.steps.as_ref().map_or(0.0, |steps| NORMAL_95 * factors.dot(steps));
         let other = self.other.as_ref().map_or(0.0, |other| factors.abs().dot(other));
         let floor = match sum {
-            [(Unknown::Mass, _)] => SAMPLING_SHARE,
-            _ => CALIBRATION_SHARE,
+            [(Unknown::Mass, _)] => SAMPLING_SHARE * value,
+            [(Unknown::Viscous(_), _)] => (CALIBRATION_SHARE * value).hypot(self.least_viscous()),
+            _ => CALIBRATION_SHARE * value,
         };
         Some((
             value,
-            statistical.hypot(steps).hypot(floor * value) + other + self.fit.bias(sum),
+            statistical.hypot(steps).hypot(floor) + other + self.fit.bias(sum),
         ))
     }
 }
