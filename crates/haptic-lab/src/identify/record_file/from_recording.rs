@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn a_rendered_block_has_its_own_mass_and_friction() {
-        for (viscous, tremor_m) in [(5.0, 0.0), (5.0, 20e-6), (0.0, 20e-6)] {
+        for (viscous, tremor_m) in [(5.0, 0.0), (5.0, 300e-6), (0.0, 300e-6)] {
             let scene = Scene {
                 block: Some(Block { mass: 0.5 }),
                 friction: Friction::Karnopp(Karnopp {
