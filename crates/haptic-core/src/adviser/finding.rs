@@ -68,7 +68,7 @@ pub struct Finding {
     /// How far inside the bound the scene is, as a ratio: 2 is twice as far as needed, below 1 it
     /// is broken.
     pub margin: f64,
-    /// The value that would fix a broken bound, where one parameter can.
+    /// The value that would fix a broken bound, where one parameter can, and no other bound is broken by it.
     pub fix: Option<Fix>,
     /// Where no stiffness can: the damping below which one does, as what the rig takes up leaves nothing for a spring.
     /// With 0 no grip does.
@@ -100,7 +100,7 @@ impl fmt::Display for Finding {
         )?;
         if let Some(Fix { parameter, value }) = self.fix {
             let info = parameter.info();
-            write!(f, "; {} = {} {} would fix it", info.name, Rounded(value), info.unit)?;
+            return write!(f, "; {} = {} {} would fix it", info.name, Rounded(value), info.unit);
         }
         match self.fixed_below {
             None => Ok(()),

@@ -69,13 +69,8 @@ impl Grip {
             let parameter = self.damper;
             Some(Fix { parameter, value })
         };
-        if left > 0.0 {
-            return Finding {
-                fix: fix(INSIDE * left),
-                ..finding
-            };
-        }
         Finding {
+            fix: (left > 0.0).then(|| fix(INSIDE * left)).flatten(),
             fixed_below: fix(damping),
             ..finding
         }

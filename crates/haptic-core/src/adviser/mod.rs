@@ -64,9 +64,28 @@ pub const UNFELT_RIPPLE_N: f64 = 0.05;
 pub const UNSEEN_LIMIT_CYCLE_MPS: f64 = 1e-4;
 
 /// Holds a valid scene against every bound that concerns it. Pure: the same scene on the same rig
-/// gives the same advice.
+/// gives the same advice. A value that would break another bound is no fix.
 #[must_use]
 pub fn advise(scene: &Scene, scheme: Scheme, rig: &RigFacts) -> Vec<Finding> {
+    let mut findings = findings(scene, scheme, rig);
+    let is_kept = |findings: &[Finding], check| findings.iter().all(|of| of.check != check || of.passes);
+    for index in 0..findings.len() {
+        let Some(Fix { parameter, value }) = findings[index].fix else {
+            continue;
+        };
+        let fixed = scene.with(&[(parameter.into(), value)]);
+        let breaks_another = fixed.is_ok_and(|fixed| {
+            let after = self::findings(&fixed, scheme, rig);
+            after.iter().any(|of| !of.passes && is_kept(&findings, of.check))
+        });
+        if breaks_another {
+            findings[index].fix = None;
+        }
+    }
+    findings
+}
+
+fn findings(scene: &Scene, scheme: Scheme, rig: &RigFacts) -> Vec<Finding> {
     let mut findings = Vec::with_capacity(8);
     if let Scheme::Literal { substeps } = scheme {
         literal_scheme::check(scene, substeps, rig.period_s, &mut findings);

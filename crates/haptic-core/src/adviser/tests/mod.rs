@@ -125,24 +125,44 @@ fn advice_names_the_values_and_the_fix() {
 
 proptest! {
     #[test]
-    fn the_fix_of_a_bound_fixes_it(
+    fn the_fix_of_a_bound_fixes_it_and_breaks_no_other(
         mass in 1e-3..10.0f64, stiffness in 10.0..1e5f64, damping in 0.0..50.0f64, dynamic_force in 0.0..20.0f64,
         substeps in prop_oneof![Just(1), Just(10)], rig_damping in 0.0..50.0f64, delay_s in 0.0..3e-3f64, sample_period_s in 0.0..0.1f64,
     ) {
         let scene = scene(&[("M", mass), ("K", stiffness), ("B", damping), ("Fs", 20.0), ("Fd", dynamic_force)]);
         let rig = RigFacts { damping: rig_damping, delay_s, sample_period_s, ..RIG };
         let scheme = Scheme::Literal { substeps: core::num::NonZeroU32::new(substeps).expect("not zero") };
-        for finding in advise(&scene, scheme, &rig) {
+        let before = advise(&scene, scheme, &rig);
+        for finding in &before {
             prop_assert_eq!(finding.passes, finding.margin >= 1.0, "{:?}", finding);
             if let Some(Fix { parameter, value }) = finding.fix {
                 // A hair beyond, for rounding.
                 let value = if parameter == Parameter::Mass { value * (1.0 + 1e-9) } else { value * (1.0 - 1e-9) };
                 if let Ok(fixed) = scene.with(&[(parameter.into(), value)]) {
-                    prop_assert!(find(&advise(&fixed, scheme, &rig), finding.check).passes, "{:?}", finding);
+                    let after = advise(&fixed, scheme, &rig);
+                    prop_assert!(find(&after, finding.check).passes, "{:?}", finding);
+                    for of in after.iter().filter(|of| !of.passes) {
+                        prop_assert!(!find(&before, of.check).passes, "{:?} breaks {:?}", finding, of);
+                    }
                 }
             }
         }
     }
+}
+
+#[test]
+fn a_fix_that_breaks_another_bound_is_none() {
+    let late = RigFacts {
+        delay_s: 7e-3,
+        damping: 1.95,
+        ..RIG
+    };
+    let findings = advise(&scene(&[("K", 800.0), ("B", 10.0)]), Scheme::Exact, &late);
+    let friction = find(&findings, Check::Friction);
+    assert!(!friction.passes && find(&findings, Check::LinearStability).passes);
+    assert_eq!(friction.fix, None, "less damping alone lets the loop oscillate");
+    let text = friction.to_string();
+    assert!(text.ends_with("no stiffness keeps it: damping must be below 9.9500 N s/m first"), "{text}");
 }
 
 #[test]
