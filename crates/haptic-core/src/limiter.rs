@@ -348,6 +348,7 @@ mod tests {
             assert_eq!(step(&mut limiter, 12.0), 4.0);
 
             limiter.set_limits(with(20.0), 0.1);
+            assert!(limiter.is_moving());
             for index in 1..=101 {
                 let now = step(&mut limiter, 30.0);
                 let expected = (4.0 + 0.16 * f64::from(index)).min(20.0);

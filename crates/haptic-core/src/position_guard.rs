@@ -235,6 +235,15 @@ mod tests {
         (seen, None, guard)
     }
 
+    #[test]
+    fn the_sample_after_a_doubtful_one_speaks_for_it_or_against() {
+        // To either side of a hand at rest: neither speaks for the other, and neither is where the hand was.
+        assert_eq!(rendered(0.0, &[0.0, 0.0, 0.6e-3, -0.6e-3]).1, Some(3));
+        // A hand at 0.5 m/s that goes a little further: nearer to the doubtful sample than to the course before it.
+        let (seen, jumped, guard) = rendered(0.5, &[0.0, 0.5e-3, 1.35e-3, 1.7e-3]);
+        assert_eq!((jumped, guard.forgotten(), seen.last()), (None, 0, Some(&1.7e-3)));
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 

@@ -194,13 +194,7 @@ impl Rig {
 
     /// What a time between two ticks counts for, s, where force may come with it: a stall is not made up for.
     pub(super) fn step_s(&self, elapsed_s: f64) -> f64 {
-        // Not by `clamp`, which asks first whether its limits are in order.
-        let step_s = if elapsed_s < 0.0 { 0.0 } else { elapsed_s };
-        if step_s > self.longest_step_s {
-            self.longest_step_s
-        } else {
-            step_s
-        }
+        elapsed_s.min(self.longest_step_s)
     }
 
     /// Moves the gain along its ramp by `elapsed_s` seconds and returns it.

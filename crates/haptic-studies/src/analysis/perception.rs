@@ -140,6 +140,13 @@ pub fn perception(
     if first.operator == Some(Operator::Simulated) {
         notes.push("a model gave these answers: they say nothing about people".to_owned());
     }
+    if plan.is_none() && cases.iter().any(|case| case.staircase_n.is_some()) {
+        notes.push(
+            "without the plan, which is in a study's folder, nobody knows at which levels a staircase could not go on: \
+             means of reversals are not refused for that"
+                .to_owned(),
+        );
+    }
     notes.extend(contradictions(trials));
     notes.extend(cases.iter().filter_map(unlike_means));
     notes.extend(cases.iter().flat_map(at_bounds));

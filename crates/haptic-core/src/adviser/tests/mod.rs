@@ -162,7 +162,10 @@ fn a_fix_that_breaks_another_bound_is_none() {
     assert!(!friction.passes && find(&findings, Check::LinearStability).passes);
     assert_eq!(friction.fix, None, "less damping alone lets the loop oscillate");
     let text = friction.to_string();
-    assert!(text.ends_with("no stiffness keeps it: damping must be below 9.9500 N s/m first"), "{text}");
+    assert!(
+        text.ends_with("no stiffness keeps it: damping must be below 9.9500 N s/m first"),
+        "{text}"
+    );
 }
 
 #[test]

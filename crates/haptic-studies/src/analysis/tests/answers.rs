@@ -36,7 +36,7 @@ fn answers_of_unlike_subjects_are_no_independent_answers() {
 
 /// A staircase of two subjects that turns at these levels, bottom and top in turn, and its analysis by a plan whose
 /// smallest level is 0.5 N.
-fn climbed(levels: &[f64]) -> PerceptionAnalysis {
+fn climbed(levels: &[f64], has_plan: bool) -> PerceptionAnalysis {
     let turns: Vec<(f64, bool, bool)> = (0..)
         .zip(levels)
         .map(|(place, level)| (*level, place % 2 == 1, true))
@@ -52,7 +52,7 @@ fn climbed(levels: &[f64]) -> PerceptionAnalysis {
     let test = plan.tests.iter_mut().find_map(|test| test.staircase.as_mut());
     let range = test.expect("a staircase");
     (range.smallest_n, range.largest_n) = (0.5, 1.5);
-    perception(&trials.collect::<Vec<_>>(), Some(&plan), 1).expect("an analysis")
+    perception(&trials.collect::<Vec<_>>(), has_plan.then_some(&plan), 1).expect("an analysis")
 }
 
 #[test]
@@ -69,8 +69,16 @@ fn a_staircase_at_an_end_of_its_range_has_no_threshold() {
              larger levels",
         ),
     ] {
-        let found = climbed(&levels.repeat(8));
+        let found = climbed(&levels.repeat(8), false);
+        assert!(found.cases[0].staircase_n.is_some());
+        assert!(
+            found.notes.iter().any(|note| note.starts_with("without the plan")),
+            "{:?}",
+            found.notes
+        );
+        let found = climbed(&levels.repeat(8), true);
         assert_eq!(found.cases[0].staircase_n, None);
+        assert!(!found.notes.iter().any(|note| note.starts_with("without the plan")));
         let reasons = found
             .refused
             .iter()
@@ -90,7 +98,7 @@ fn a_staircase_at_an_end_of_its_range_has_no_threshold() {
         );
     }
     // Once is no end, and subjects who are alike say nothing of others.
-    let once = climbed(&[[0.6, 0.8].repeat(5), vec![0.5, 0.8, 0.6, 0.8]].concat());
+    let once = climbed(&[[0.6, 0.8].repeat(5), vec![0.5, 0.8, 0.6, 0.8]].concat(), true);
     let mean = once.cases[0].staircase_n.expect("a staircase");
     assert!((mean.value - 0.69).abs() < 1e-9 && mean.interval.is_none(), "{mean:?}");
 }
@@ -98,7 +106,7 @@ fn a_staircase_at_an_end_of_its_range_has_no_threshold() {
 #[test]
 fn a_note_says_where_two_means_are_of_other_subjects() {
     let note = crate::analysis::perception::unlike_means;
-    let mut case = climbed(&[0.6, 0.8].repeat(8)).cases.remove(0);
+    let mut case = climbed(&[0.6, 0.8].repeat(8), true).cases.remove(0);
     case.jnd_n = case.staircase_n;
     assert_eq!(note(&case), None);
     let alone = case.jnd_n.as_mut().expect("a staircase");
