@@ -25,7 +25,7 @@ echo "1. A lab records the real surface: a force sensor with 0.1 N of noise, an 
 ctl surface scenes/aluminium-on-teflon.toml --mass 1 --out "$out/real.csv" --hand "$out/hand.csv" --force
 
 echo "2. Its mass and friction are identified"
-ctl identify "$out/real.csv" --model karnopp --out "$out/scene.toml" --plot "$out/identified.html"
+ctl identify "$out/real.csv" --model karnopp --out "$out/scene.toml" --plot "$out/identified.html" --force
 ctl identify "$out/real.csv" --model karnopp --json >"$out/identified.json"
 
 echo "3. hapticd renders them to a hand that repeats the motion, and every tick is recorded"

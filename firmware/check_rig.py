@@ -664,6 +664,9 @@ def main():
     names = [check.__name__ for check in CHECKS]
     if options.only not in (None, *names):
         parser.error(f"--only {options.only}: no such check; there are {', '.join(names)}")
+    if not hasattr(termios, f"B{options.baud}"):
+        known = sorted(int(name[1:]) for name in dir(termios) if name[0] == "B" and name[1:].isdigit() and name != "B0")
+        parser.error(f"--baud {options.baud}: this machine has {', '.join(map(str, known))}")
     if options.push is not None and not options.push > 0:
         parser.error(f"--push {options.push:g}: a force above 0 N is wanted; it pulls either way")
     try:

@@ -89,9 +89,14 @@ impl ClientError {
 
 /// What a user does where no daemon serves a socket.
 fn remedy(socket: &Path) -> String {
-    socket_path::remedy(socket).unwrap_or_else(|| {
-        "start one with `hapticd --demo`, or name its socket with --socket or HAPTICD_SOCKET".to_owned()
-    })
+    let of_path = || match socket_path::is_usual(socket) {
+        true => "start one with `hapticd --demo`, or name its socket with --socket or HAPTICD_SOCKET".to_owned(),
+        false => format!(
+            "check the path, or start one there with `hapticd --demo --socket {}`",
+            socket.display()
+        ),
+    };
+    socket_path::remedy(socket).unwrap_or_else(of_path)
 }
 
 /// Timeout of the greeting: a daemon greets as soon as it accepts.

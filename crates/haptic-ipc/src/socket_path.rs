@@ -347,6 +347,11 @@ pub fn for_client(given: Option<&Path>) -> PathBuf {
     given.map_or_else(|| Environment::of_process().for_client(), Path::to_path_buf)
 }
 
+/// Whether it is where a client looks by itself.
+pub(crate) fn is_usual(socket: &Path) -> bool {
+    socket == for_client(None)
+}
+
 /// The options with which haptic-ctl finds a socket in any shell of this user; `None` where it needs none.
 #[must_use]
 pub fn options_to(socket: &Path) -> Option<String> {

@@ -283,22 +283,22 @@ impl Format {
 
 impl Intent {
     /// Whether it is a command that changes what the hand feels, but for a stop.
-    pub(crate) fn moves_rig(&self) -> bool {
-        match self {
+    pub(crate) const fn moves_rig(&self) -> bool {
+        matches!(
+            self,
             Self::Engage
-            | Self::Release
-            | Self::Reset
-            | Self::SameRig
-            | Self::Anyway(_)
-            | Self::Set { .. }
-            | Self::Load { .. }
-            | Self::Undo
-            | Self::Redo
-            | Self::Try { .. }
-            | Self::Study(StudyCommand::GoOn)
-            | Self::Hand { .. } => true,
-            _ => false,
-        }
+                | Self::Release
+                | Self::Reset
+                | Self::SameRig
+                | Self::Anyway(_)
+                | Self::Set { .. }
+                | Self::Load { .. }
+                | Self::Undo
+                | Self::Redo
+                | Self::Try { .. }
+                | Self::Study(StudyCommand::GoOn)
+                | Self::Hand { .. }
+        )
     }
 
     /// The intent as a request of the protocol; `None` if the panel carries it out itself.

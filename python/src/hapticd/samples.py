@@ -214,7 +214,7 @@ class Buffer(Closing):
     ) -> None:
         longest_s = _MAX_KEPT / (rate_hz or loop_rate_hz)
         if not 0 < length_s <= longest_s:
-            message = f"length = {length_s:g} s is out of range: it must be above 0 and up to {longest_s:g} s at this rate"
+            message = f"length = {length_s:g} s is out of range: above 0 and up to {longest_s:g} s at this rate"
             raise invalid("length", message, "out_of_range", value=length_s, min=0.0, max=longest_s, unit="s")
         self._loop_rate_hz = loop_rate_hz
         self._length_s = length_s

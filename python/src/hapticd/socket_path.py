@@ -85,6 +85,8 @@ def start_remedy(path: Path) -> str:
         return "HAPTICD_SOCKET names it: start hapticd there, or unset the variable"
     if path.parent.name.startswith("hapticd@"):
         return f"start the service {path.parent.name}, or leave out the rig's name"
+    if path != for_client(None):
+        return f"check the path, or start one there with `hapticd --demo --socket {path}`"
     return "start one with `hapticd --demo`, or name its socket with HAPTICD_SOCKET"
 
 

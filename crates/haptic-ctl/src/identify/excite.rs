@@ -63,9 +63,9 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "FILE", conflicts_with = "file")]
     record: Option<PathBuf>,
 
-    /// Replace an existing recording
-    #[arg(long, requires = "record")]
-    force: bool,
+    /// Replace existing files
+    #[arg(long)]
+    pub(super) force: bool,
 }
 
 /// The ticks of all motions.

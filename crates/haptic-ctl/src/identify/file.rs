@@ -138,6 +138,11 @@ impl Arguments {
         self.file.as_deref()
     }
 
+    /// The files that are read.
+    pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        [self.path(), self.force_file.as_deref()].into_iter().flatten()
+    }
+
     fn source(&self, path: &Path) -> Source {
         let table = self.table.options();
         Source {
@@ -168,8 +173,6 @@ pub(super) fn run(
     output: &report::Arguments,
     json: bool,
 ) -> Result<(), Failure> {
-    let inputs = [Some(path), arguments.force_file.as_deref()];
-    output.refuse_overwriting(inputs.into_iter().flatten())?;
     let source = arguments.source(path);
     let bar = progress::busy("identifying");
     let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());

@@ -34,8 +34,9 @@ impl Arguments {
         }
     }
 
-    /// Refuses outputs in folders that are not there, before the rig is moved for nothing.
-    pub(super) fn check_folders(&self) -> Result<(), Failure> {
+    /// Refuses outputs in folders that are not there, and a scene's file that is, before the rig is moved for nothing. A
+    /// scene may have been changed by hand since; a plot is drawn again.
+    pub(super) fn check(&self, replace: bool) -> Result<(), Failure> {
         let files = self.out.iter().chain(self.plot.iter().map(|(path, _)| path));
         for file in files {
             let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -43,7 +44,10 @@ impl Arguments {
                 return Err(Failure::Usage(format!("{}: there is no such folder", file.display())));
             }
         }
-        Ok(())
+        match &self.out {
+            Some(out) if !replace && out.is_file() => Err(Failure::exists(out)),
+            _ => Ok(()),
+        }
     }
 
     /// Writes what was asked for. A scene is not written where the record does not determine one; that is

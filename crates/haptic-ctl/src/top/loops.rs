@@ -2,7 +2,7 @@
 
 use super::draw::Theme;
 use super::model::Model;
-use crate::timing;
+use crate::{output, timing};
 use haptic_ipc::{Percentiles, Status};
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -49,7 +49,10 @@ pub(super) fn draw_health(frame: &mut Frame<'_>, area: Rect, model: &Model, them
         let counts = [
             ("overruns", timing.since_start.overruns),
             ("missed", timing.since_start.missed_periods),
-            ("lost", timing.since_start.telemetry_dropped + model.daemon.lost_rows),
+            (
+                "rows lost",
+                timing.since_start.telemetry_dropped + model.daemon.lost_rows,
+            ),
         ];
         lines.push(Line::from_iter(counts.into_iter().flat_map(|(name, count)| {
             [
@@ -81,7 +84,7 @@ fn link_and_thread(status: &Status, doubtful: impl Fn(u64) -> Style) -> Vec<Line
             let counts = &link.counts;
             let bad = counts.lost + counts.bad_crc + counts.malformed;
             let text = format!(
-                "lost {}, bad CRC {}, malformed {}",
+                "samples lost {}, bad CRC {}, malformed {}",
                 counts.lost, counts.bad_crc, counts.malformed
             );
             lines.push(Line::styled(text, doubtful(bad)));
@@ -90,10 +93,9 @@ fn link_and_thread(status: &Status, doubtful: impl Fn(u64) -> Style) -> Vec<Line
     let thread = &status.real_time;
     lines.push(Line::from(format!("{}, {}", thread.scheduling(), thread.place())));
     lines.push(Line::from(format!(
-        "{}, {} clients",
+        "{}, {} (two are this program's)",
         thread.memory(),
-        // This program is two of them.
-        status.clients
+        output::count(status.clients as u64, "client")
     )));
     lines.push(Line::from(status.device.description.clone()));
     lines

@@ -77,7 +77,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     if model.daemon.takes_hand() {
         Panel::bottom("hand").show(ui, |ui| {
             ui.add_enabled_ui(model.daemon.takes_commands(), |ui| {
-                hand_strip::show(ui, model, &mut intents)
+                hand_strip::show(ui, model, &mut intents);
             });
         });
     }

@@ -236,7 +236,7 @@ fn set_fifo(priority: u8) -> Result<(), std::io::Error> {
 }
 
 fn user_name() -> String {
-    std::env::var("USER").unwrap_or_else(|_| rustix::process::getuid().as_raw().to_string())
+    haptic_ipc::socket_permission::user_name(rustix::process::getuid().as_raw())
 }
 
 fn program() -> String {
