@@ -62,7 +62,7 @@ class Rig(Operations):
     if not TYPE_CHECKING:  # a type checker knows already that there is no such attribute
 
         def __setattr__(self, name: str, value: object) -> None:
-            if not name.startswith("_") and name not in ("path", "hello"):
+            if not (name.startswith("_") or name in ("path", "hello") or hasattr(type(self), name)):
                 raise AttributeError(f"rig.{name} = {value!r} would change nothing: rig.set({name}={value!r}) does")
             object.__setattr__(self, name, value)
 

@@ -323,6 +323,7 @@ fn every_scene_that_goes_is_handed_back_once() {
     bring(&mut script, soft(3, fade()));
     back.extend(script.servo.take_retired().map(|scene| scene.revision));
     bring(&mut script, soft(4, Transition::AtOnce));
+    assert!(script.servo.has_retired());
     while let Some(scene) = script.servo.take_retired() {
         back.push(scene.revision);
     }

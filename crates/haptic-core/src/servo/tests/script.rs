@@ -8,6 +8,7 @@ pub(super) struct Script {
     /// The newest sample of the device.
     pub(super) sample: Measurement,
     pub(super) device_force_limit_n: f64,
+    pub(super) device_resolution_m: f64,
     /// What the next step is given, and the one after it no more.
     pub(super) once: Once,
 }
@@ -49,6 +50,7 @@ impl Script {
             servo: Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1))),
             sample: Measurement::new(0, 0, 0.0),
             device_force_limit_n: f64::INFINITY,
+            device_resolution_m: 0.0,
             once: Once::defaults(),
         }
     }
@@ -69,7 +71,7 @@ impl Script {
         let inputs = Inputs {
             elapsed_ns: once.elapsed_ns,
             sample,
-            device_resolution_m: 0.0,
+            device_resolution_m: self.device_resolution_m,
             device_force_limit_n: self.device_force_limit_n,
             events: once.events,
             command: once.command,

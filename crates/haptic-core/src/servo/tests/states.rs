@@ -219,6 +219,72 @@ fn a_lying_clock_is_a_fault_while_force_flows_and_else_is_none() {
     assert_eq!((outputs.device_position_m, outputs.device_velocity_mps), (0.7, 0.0));
 }
 
+#[test]
+fn clock_in_doubt_without_force_is_named_for_a_second() {
+    // A clock that jumps, one that stands still, and a right one whose samples come late.
+    for (device_elapsed_ns, elapsed_ns, named) in [
+        (80 * MS, MS, Some(ClockError::Jumped)),
+        (0, MS, Some(ClockError::StoodStill)),
+        (MS, 80 * MS, None),
+    ] {
+        let mut script = Script::new(PLAIN);
+        // Its period is known.
+        script.go_on(3000);
+        for _ in 0..8 {
+            (script.once.device_elapsed_ns, script.once.elapsed_ns) = (device_elapsed_ns, elapsed_ns);
+            script.next();
+            // One that stands still does so at every sample.
+            script.go_on(if device_elapsed_ns == 0 { 0 } else { 3 });
+        }
+        assert_eq!(
+            (script.servo.clock_error(), ended(&script)),
+            (named, (RigState::Idle, None))
+        );
+        // Another servo goes on with it. A line has no workspace to be outside of.
+        let fields: BTreeMap<_, _> = script.servo.snapshot().expect("a scene's").fields().collect();
+        assert!(!fields.keys().any(|name| name.ends_with("outside_s")));
+        let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
+        let scene = Box::new(CompiledScene::<f64>::at_once(renderer, 1));
+        let other = Servo::restored(PLAIN, scene, None, &|name| fields.get(name).copied()).expect("all fields");
+        assert_eq!(other.clock_error(), named);
+        script.go_on(1001);
+        assert_eq!(script.servo.clock_error(), None);
+    }
+}
+
+#[test]
+fn a_new_device_is_estimated_by_its_own_resolution() {
+    // What a hand at a steady speed scatters by, counted by 1 mm on a device that says so, or says that it counts none.
+    let scatter_mps = |resolution_m: f64| {
+        let mut script = Script::new(Settings {
+            velocity: velocity::Method::FoawBestFit,
+            ..SETTINGS
+        });
+        script.device_resolution_m = resolution_m;
+        let speeds = (0..400).map(|k| {
+            let counted_m = 1e-3 * libm::round(f64::from(k) * 1e-3 * SPEED_MPS / 1e-3);
+            (script.step(counted_m).device_velocity_mps - SPEED_MPS).abs()
+        });
+        speeds.skip(200).fold(0.0, f64::max)
+    };
+    let (known, unknown) = (scatter_mps(1e-3), scatter_mps(0.0));
+    assert!(known < 0.5 * unknown, "{known} and {unknown} m/s");
+}
+
+#[test]
+fn other_limits_hold_under_force_too() {
+    let mut script = Script::engaged(PLAIN);
+    assert!(script.next().force_n.abs() > 3.0);
+    let limits = Limits {
+        force_n: 2.0,
+        ..SETTINGS.limits
+    };
+    script.servo.set_limits(limits);
+    script.go_on(100);
+    assert_eq!(script.next().force_n.abs(), 2.0);
+    assert_eq!(script.servo.settings().limits, limits);
+}
+
 // hazard: H6
 #[test]
 fn lone_wrong_sample_is_held_back_and_counted() {
