@@ -32,7 +32,8 @@
 //! [`servo`] shows how.
 //!
 //! With the feature `serde` a text becomes a scene, also one that says `coupling = "rig"`:
-//! `toml::from_str::<SceneFile>(text)?.on(None)`, with [`scene::SceneFile`]. Values are checked by [`Renderer::new`].
+//! `toml::from_str::<SceneFile>(text)?.on(None)`, with [`scene::SceneFile`]. [`Renderer::new`] checks values
+//! for their ranges, and [`adviser`] whether a scene is stable on a rig.
 //! `schema` adds JSON schemas. The crate is not on crates.io: depend on it by git, or from outside its checkout by path,
 //! `haptic-core = { path = "PATH/crates/haptic-core", features = ["serde"] }`.
 //!

@@ -15,8 +15,8 @@ use tokio::signal::unix::{SignalKind, signal};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
-The exit code is the command's; after 0 the rig stays as it is, and 6 says that the lease had lapsed meanwhile. SIGTERM, SIGHUP and a SIGINT that is not the \
-terminal's are passed on; the command of a killed haptic-ctl gets SIGTERM.
+The exit code is the command's; after 0 the rig stays as it is, and 6 says that the lease had lapsed meanwhile. \
+SIGTERM, SIGHUP and a SIGINT that is not the terminal's are passed on; the command of a killed haptic-ctl gets SIGTERM.
 
 Example:
   haptic-ctl lease --timeout 200ms -- python3 experiment.py";

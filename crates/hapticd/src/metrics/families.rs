@@ -242,13 +242,13 @@ impl Snapshot {
         for (name, help, count, times) in [
             (
                 "hapticd_stop_written_seconds",
-                "From a stop's line to zero force on the link.",
+                "From a stop's line to zero force on the link; none before a stop.",
                 stops.confirmed + stops.unconfirmed,
                 stops.to_written_ns,
             ),
             (
                 "hapticd_stop_confirmed_seconds",
-                "From a stop's line to the device's word that its motor is off.",
+                "From a stop's line to the device's word that its motor is off; none before a stop.",
                 stops.confirmed,
                 stops.to_confirmed_ns,
             ),
