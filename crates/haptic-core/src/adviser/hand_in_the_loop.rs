@@ -82,7 +82,16 @@ impl Grip {
     }
 }
 
-pub(super) fn check(scene: &Scene, rig: &RigFacts, findings: &mut Vec<Finding>) {
+/// What is asked of the loop against a stuck block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stability {
+    /// How far it is from oscillating: that takes a search.
+    Bound,
+    /// Whether it oscillates.
+    Holds,
+}
+
+pub(super) fn check(scene: &Scene, rig: &RigFacts, stability: Stability, findings: &mut Vec<Finding>) {
     let (grip, t) = (Grip::of(scene), rig.effective_period_s());
     let times = Sampled::new(t, rig.delay_s);
     // What is left for the spring of a damping that takes up.
@@ -93,7 +102,10 @@ pub(super) fn check(scene: &Scene, rig: &RigFacts, findings: &mut Vec<Finding>) 
         times.damping_needed(grip.stiffness, grip.damping),
     );
     findings.push(grip.mended_below(rig.damping, times.lateness_s(), passivity));
-    findings.extend(linear_stability(&grip, times, rig));
+    findings.extend(match stability {
+        Stability::Bound => linear_stability(&grip, times, rig),
+        Stability::Holds => holds(&grip, times, rig),
+    });
     if grip.stiffness == 0.0 {
         return;
     }
@@ -126,4 +138,14 @@ fn linear_stability(grip: &Grip, times: Sampled, rig: &RigFacts) -> Option<Findi
         fixed_by: rig.greatest_damping_for(grip.stiffness, most),
     };
     Some(at_most(about, grip.damping, most))
+}
+
+/// The same without its bound.
+fn holds(grip: &Grip, times: Sampled, rig: &RigFacts) -> Option<Finding> {
+    let Some(mass) = rig.mass else {
+        return linear_stability(grip, times, rig);
+    };
+    let holds = RigLoop::new(mass, rig.damping, times).holds(grip.stiffness, grip.damping);
+    let bound = if holds { f64::INFINITY } else { f64::NEG_INFINITY };
+    Some(grip.stiffest(Check::LinearStability, bound))
 }

@@ -52,6 +52,7 @@ use crate::scene::Scene;
 use crate::scheme::Scheme;
 use alloc::vec::Vec;
 use finding::{About, DAMPING_UNIT, at_least};
+use hand_in_the_loop::Stability;
 
 /// Speed, m/s, at which the rig's own friction is held against what sampling creates: the fastest
 /// that a hand usually goes when it explores.
@@ -67,15 +68,15 @@ pub const UNSEEN_LIMIT_CYCLE_MPS: f64 = 1e-4;
 /// gives the same advice. A value that would break another bound is no fix.
 #[must_use]
 pub fn advise(scene: &Scene, scheme: Scheme, rig: &RigFacts) -> Vec<Finding> {
-    let mut findings = findings(scene, scheme, rig);
+    let mut findings = findings(scene, scheme, rig, Stability::Bound);
     let is_kept = |findings: &[Finding], check| findings.iter().all(|of| of.check != check || of.passes);
     for index in 0..findings.len() {
-        let Some(Fix { parameter, value }) = findings[index].fix else {
-            continue;
-        };
-        let fixed = scene.with(&[(parameter.into(), value)]);
-        let breaks_another = fixed.is_ok_and(|fixed| {
-            let after = self::findings(&fixed, scheme, rig);
+        // A softer spring breaks nothing.
+        let springs = [Parameter::Stiffness, Parameter::ContactStiffness];
+        let fix = findings[index].fix.filter(|fix| !springs.contains(&fix.parameter));
+        let fixed = fix.and_then(|fix| scene.with(&[(fix.parameter.into(), fix.value)]).ok());
+        let breaks_another = fixed.is_some_and(|fixed| {
+            let after = self::findings(&fixed, scheme, rig, Stability::Holds);
             after.iter().any(|of| !of.passes && is_kept(&findings, of.check))
         });
         if breaks_another {
@@ -85,12 +86,12 @@ pub fn advise(scene: &Scene, scheme: Scheme, rig: &RigFacts) -> Vec<Finding> {
     findings
 }
 
-fn findings(scene: &Scene, scheme: Scheme, rig: &RigFacts) -> Vec<Finding> {
+fn findings(scene: &Scene, scheme: Scheme, rig: &RigFacts, stability: Stability) -> Vec<Finding> {
     let mut findings = Vec::with_capacity(8);
     if let Scheme::Literal { substeps } = scheme {
         literal_scheme::check(scene, substeps, rig.period_s, &mut findings);
     }
-    hand_in_the_loop::check(scene, rig, &mut findings);
+    hand_in_the_loop::check(scene, rig, stability, &mut findings);
     friction_passivity(scene, &mut findings);
     findings
 }

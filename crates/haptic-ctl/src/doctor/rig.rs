@@ -187,10 +187,12 @@ pub(super) fn devices(found: &DevicesReply, has_rig: bool) -> Vec<Check> {
                 None if device.in_use => "in use by the daemon",
                 None => "not in use, and can be opened",
             };
-            let found = format!("{}, {}: {state}", device.address, device.description);
+            let is_other = has_rig && !device.in_use;
+            let whose = if is_other { "; it is not this rig's" } else { "" };
+            let found = format!("{}, {}: {state}{whose}", device.address, device.description);
             match &device.problem {
-                Some(problem) if device.in_use || !has_rig => Check::warn("device", found, problem.remedy.clone()),
-                Some(_) => Check::skip("device", format!("{found}; it is not this rig's")),
+                Some(_) if is_other => Check::skip("device", found),
+                Some(problem) => Check::warn("device", found, problem.remedy.clone()),
                 None => Check::ok("device", found),
             }
         })

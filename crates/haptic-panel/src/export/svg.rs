@@ -233,6 +233,7 @@ fn colour(color: fn(&Palette) -> Color32) -> usize {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::plots::scope::trigger::Mode;
     use crate::tape::tests::at;
     use crate::update::Update;
     use haptic_ipc::{Event, SamplesEvent};
@@ -271,6 +272,12 @@ pub(super) mod tests {
         }
         assert!(!text.contains("NaN") && !text.contains("inf"));
         assert!(!text.contains("Block velocity (mm/s)"), "it is not seen");
+        model.view.scope.trigger.set_mode(Mode::Normal);
+        assert!(
+            svg(&model).contains("Time from the newest sample"),
+            "nothing has crossed yet"
+        );
+        model.view.scope.trigger.set_mode(Mode::Off);
         model.view.scope.plots.plots_mut()[0].axis.hold((-1.0, 3.0));
         let text = svg(&model);
         assert!(text.contains(">3.0<") && !text.contains(">40<"), "the axis is held");

@@ -240,10 +240,10 @@ fn overlays(scope: &Scope, plot: &Plot) -> Vec<Overlay> {
 
 /// The name of the time axis.
 fn time_label(scope: &Scope) -> &'static str {
-    match (scope.follows(), scope.trigger.mode()) {
-        (true, Mode::Off) => "Time from the newest sample (s)",
-        (true, _) => "Time from the trigger (s)",
-        (false, _) => "Time (s)",
+    match scope.caught() {
+        Some(_) => "Time from the trigger (s)",
+        None if scope.follows() => "Time from the newest sample (s)",
+        None => "Time (s)",
     }
 }
 

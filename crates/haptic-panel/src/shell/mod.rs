@@ -85,7 +85,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     help::show(ui, page_area, &mut model.view.help_shown);
     subject::show(ui.ctx(), &model.view.study.screen);
     keep_keyboard(ui, had_keyboard);
-    if !model.daemon.takes_commands() {
+    if model.daemon.silence().is_some() {
         // Whatever was open when the daemon fell silent.
         intents.retain(|intent| !intent.moves_rig());
     }

@@ -351,8 +351,20 @@ pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> 
 
 /// What a table of a perception test would hide, though it is without dashes.
 pub(super) fn footnotes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> {
-    let means = analysis.cases.iter().filter_map(unlike_means);
-    means.filter(|_| table == "jnd").collect()
+    if table != "jnd" {
+        return Vec::new();
+    }
+    let partial = analysis.cases.iter().filter_map(|case| {
+        let (name, of) = (format!("{:?} {}", case.case, case.method.name()), case.subjects.len());
+        let count = case.jnd_n.map_or(0, |mean| mean.count);
+        (0 < count && count < of).then(|| {
+            format!(
+                "{name}: the mean is of {count} of {of} subjects, as the thresholds of the others are not determined, \
+                 which biases it towards the tested levels"
+            )
+        })
+    });
+    partial.chain(analysis.cases.iter().filter_map(unlike_means)).collect()
 }
 
 fn number(value: Option<f64>) -> String {

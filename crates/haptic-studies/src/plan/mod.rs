@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_that_may_be_meant_in_mn_are_noted() {
+    fn levels_in_mn_and_swapped_frictions_are_noted() {
         let notes = |was: &str, is: &str| {
             let changed = Task::Perception.built_in_plan().replacen(was, is, 1);
             Plan::read(&changed).expect("a plan").notes()
@@ -341,5 +341,10 @@ mod tests {
         assert_eq!(notes("1.4, 2.0]", "100, 300]"), [many]);
         let many = format!("tests.B.staircase.largest_N goes to 800 N, 200 {base}");
         assert_eq!(notes("largest_N = 8.0", "largest_N = 800"), [many]);
+        // Of case B it is refused.
+        let perception = Task::Perception.built_in_plan().replace("case = \"B\"", "case = \"A\"");
+        let plan = Plan::read(&perception.replacen("static_force = 4", "static_force = 3", 1)).expect("a plan");
+        let swapped = "the base's static friction of 3 N is below its dynamic friction of 3.5 N: are they swapped?";
+        assert_eq!(plan.notes(), [swapped]);
     }
 }

@@ -233,10 +233,16 @@ impl PerceptionPlan {
         Ok(())
     }
 
-    /// Levels that may be meant in another unit, for people.
+    /// Frictions that may be swapped, and levels that may be meant in another unit, for people.
     pub(super) fn notes(&self) -> impl Iterator<Item = String> {
-        let (static_n, _) = self.base_n();
-        self.tests.iter().filter_map(move |test| {
+        let (static_n, dynamic_n) = self.base_n();
+        let swapped = (static_n < dynamic_n).then(|| {
+            format!(
+                "the base's static friction of {static_n} N is below its dynamic friction of {dynamic_n} N: are they \
+                 swapped?"
+            )
+        });
+        let levels = self.tests.iter().filter_map(move |test| {
             let (level_n, times) = (test.easiest_n(), test.easiest_n() / static_n);
             let field = match test.method() {
                 Method::Constant => "constant.levels_N",
@@ -250,7 +256,8 @@ impl PerceptionPlan {
                     test.case
                 )
             })
-        })
+        });
+        swapped.into_iter().chain(levels)
     }
 
     fn check_test(&self, test: &Test) -> Result<(), PlanError> {

@@ -125,15 +125,18 @@ impl RigLoop {
         })
     }
 
+    /// Whether the loop does not oscillate with such a grip, N/m and N s/m.
+    pub(in crate::adviser) fn holds(&self, stiffness: f64, damping: f64) -> bool {
+        if stiffness > 0.0 {
+            self.is_stable(stiffness, damping)
+        } else {
+            self.stops(damping)
+        }
+    }
+
     /// The greatest damping, N s/m and below `most`, with which a stiffness (N/m) is stable.
     pub(in crate::adviser) fn greatest_damping_for(&self, stiffness: f64, most: f64) -> Option<f64> {
-        let stable = |damping: f64| {
-            if stiffness > 0.0 {
-                self.is_stable(stiffness, damping)
-            } else {
-                self.stops(damping)
-            }
-        };
+        let stable = |damping: f64| self.holds(stiffness, damping);
         let place = |k: u32| most * f64::from(k) / f64::from(PLACES);
         let below = (0..PLACES).rev().find(|k| stable(place(*k)))?;
         Some(between(place(below), place(below + 1), stable))

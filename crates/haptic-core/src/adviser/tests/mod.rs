@@ -161,6 +161,26 @@ fn a_fix_that_breaks_another_bound_is_none() {
     let friction = find(&findings, Check::Friction);
     assert!(!friction.passes && find(&findings, Check::LinearStability).passes);
     assert_eq!(friction.fix, None, "less damping alone lets the loop oscillate");
+    // With a known mass it is looked at, and not searched for.
+    for mass in [0.2, 0.5, 1.0, 2.0, 5.0] {
+        let rig = RigFacts {
+            mass: Some(mass),
+            ..late
+        };
+        for damping in 1..40 {
+            let scene = scene(&[("K", 800.0), ("B", f64::from(damping))]);
+            let before = advise(&scene, Scheme::Exact, &rig);
+            for Fix { parameter, value } in before.iter().filter_map(|of| of.fix) {
+                let fixed = scene.with(&[(parameter.into(), 0.999 * value)]).expect("a valid scene");
+                for of in advise(&fixed, Scheme::Exact, &rig).iter().filter(|of| !of.passes) {
+                    assert!(
+                        !find(&before, of.check).passes,
+                        "{mass} kg, {damping}: {parameter:?} breaks {of:?}"
+                    );
+                }
+            }
+        }
+    }
     let text = friction.to_string();
     assert!(
         text.ends_with("no stiffness keeps it: damping must be below 9.9500 N s/m first"),

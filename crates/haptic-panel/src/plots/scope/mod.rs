@@ -90,7 +90,7 @@ impl Scope {
     }
 
     /// The crossing that the trigger has caught, if it is shown.
-    fn caught(&self) -> Option<&Capture> {
+    pub(crate) fn caught(&self) -> Option<&Capture> {
         self.trigger.caught().filter(|_| self.follows())
     }
 

@@ -105,14 +105,20 @@ fn a_staircase_at_an_end_of_its_range_has_no_threshold() {
 
 #[test]
 fn a_note_says_where_two_means_are_of_other_subjects() {
-    let note = crate::analysis::perception::unlike_means;
-    let mut case = climbed(&[0.6, 0.8].repeat(8), true).cases.remove(0);
-    case.jnd_n = case.staircase_n;
-    assert_eq!(note(&case), None);
-    let alone = case.jnd_n.as_mut().expect("a staircase");
+    let notes = |found: &PerceptionAnalysis| crate::analysis::tables::footnotes(found, "jnd");
+    let mut found = climbed(&[0.6, 0.8].repeat(8), true);
+    found.cases[0].jnd_n = found.cases[0].staircase_n;
+    assert!(notes(&found).is_empty());
+    let alone = found.cases[0].jnd_n.as_mut().expect("a staircase");
     alone.count = 1;
-    let expected = "case B: the JND is the mean of 1 of the subjects, that of the staircases of 2";
-    assert_eq!(note(&case).as_deref(), Some(expected));
+    assert_eq!(
+        notes(&found),
+        [
+            "B staircase: the mean is of 1 of 2 subjects, as the thresholds of the others are not determined, which \
+             biases it towards the tested levels",
+            "case B: the JND is the mean of 1 of the subjects, that of the staircases of 2",
+        ]
+    );
 }
 
 #[test]
