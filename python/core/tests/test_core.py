@@ -100,7 +100,10 @@ def test_a_scene_is_read_changed_and_compared() -> None:
         (lambda: Scene.named("lugre").changed(mass=-1), "mass = -1 kg is out of range"),
         (lambda: Scene.named("lugre").changed(mas=1), "mas"),
         (lambda: Scene.named("lugre").changed(mass="1 lb"), 'mass = "1 lb": `lb` is not a unit of this'),
-        (lambda: hapticd_core.simulate(pull(), "lugre"), "scene = 'lugre' is no Scene: use Scene.named"),
+        (
+            lambda: hapticd_core.simulate(pull(), "lugre"),  # type: ignore[arg-type]
+            "scene = 'lugre' is no Scene: use Scene.named",
+        ),
         (lambda: Scene({"name": "x"}), "friction"),
         (lambda: hapticd_core.simulate({"t_s": [0.0]}, Scene.named("lugre")), "lacks a column"),
         (lambda: _simulated([0.0, 1e-3, 1e-3], [0.0, 0.0, 0.0]), r"t_s\[2\] = 0.001 s does not follow 0.001 s"),
