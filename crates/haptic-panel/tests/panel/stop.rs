@@ -184,7 +184,8 @@ fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
             }),
         })
     };
-    press_stop(&mut panel);
+    panel.key_press(Key::Escape);
+    panel.step();
     hear(&mut panel, again());
     panel.get_by_label("Stopped (confirmed, 3 ms) at tick 4711");
     hear(&mut panel, in_state(RigState::Idle, 4713));
