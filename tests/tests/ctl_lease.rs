@@ -1,6 +1,6 @@
 //! `haptic-ctl lease`: a command as a dead man's switch.
 
-use haptic_ipc::RigState;
+use haptic_ipc::{ChangeReply, Changes, Request, RigState};
 use rustix::process::Signal;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -66,6 +66,11 @@ fn the_rig_is_released_when_haptic_ctl_is_killed_or_hangs() {
         daemon.ctl_ok(&["engage", "--wait"]);
         process::signal(holder.id(), signal);
         wait_for_state(&mut client, RigState::Idle);
+        // Whatever else is entered after it.
+        for k in 1..=120 {
+            let change = Request::set([("mass", 1.0 + 0.01 * f64::from(k))].into_iter().collect::<Changes>());
+            let _: ChangeReply = client.request(change).expect("a valid change");
+        }
         // One that was held up goes on, its command ends well, and it says that the rig was released meanwhile.
         process::signal(holder.id(), Signal::CONT);
         assert_eq!(code(holder), expected, "{signal:?}");

@@ -53,7 +53,6 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<()
     let mut terminate = signal(SignalKind::terminate())?;
     let mut hang_up = signal(SignalKind::hangup())?;
     let _: LeaseReply = daemon.ask(request.clone()).await?;
-    let began_at = newest_entry(daemon).await?;
     let (program, rest) = arguments
         .command
         .split_first()
@@ -95,37 +94,24 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<()
         (0, Some(failure)) => Err(failure),
         (0, None) => {
             end(daemon).await?;
-            has_held(daemon, began_at, arguments.timeout).await
+            has_held(daemon, arguments.timeout).await
         }
         // The lease is not ended: with the connection it lapses, and the rig is released.
         (code, _) => Err(Failure::Silent(code)),
     }
 }
 
-/// Number of the journal's newest entry.
-async fn newest_entry(daemon: &mut Daemon) -> Result<u64, Failure> {
+/// Refuses a lease that lapsed: it held again, but the rig had been released.
+async fn has_held(daemon: &mut Daemon, timeout: Duration) -> Result<(), Failure> {
     let request = Request::Log {
         after: None,
-        limit: Some(1),
+        limit: Some(usize::MAX),
     };
-    let newest: LogReply = daemon.ask(request).await?;
-    Ok(newest.entries.last().map_or(0, |entry| entry.seq))
-}
-
-/// Refuses a lease that lapsed after this entry of the journal: it held again, but the rig had been released.
-async fn has_held(daemon: &mut Daemon, began_at: u64, timeout: Duration) -> Result<(), Failure> {
-    let request = Request::Log {
-        after: Some(began_at),
-        limit: None,
-    };
-    let since: LogReply = daemon.ask(request).await?;
+    let log: LogReply = daemon.ask(request).await?;
     let session = &daemon.hello().session;
     let is_own = |entry: &JournalEntry| entry.by.as_ref().is_some_and(|by| by.session == *session);
-    match since
-        .entries
-        .iter()
-        .find(|entry| entry.op == "lease_lapsed" && is_own(entry))
-    {
+    let lapsed = |entry: &&JournalEntry| entry.op == "lease_lapsed" && is_own(entry);
+    match log.entries.iter().find(lapsed) {
         Some(JournalEntry { seq, .. }) => Err(Failure::Halted(format!(
             "the lease lapsed while the command ran: haptic-ctl was silent for more than {timeout:?}, and the rig was \
              released (entry {seq} of `haptic-ctl log`)"

@@ -148,26 +148,26 @@ impl Field for Changes {
 /// There is no such parameter, its value is of the wrong type, or the object has not exactly one of `times` and
 /// `plus`, with a number.
 fn read_change(given: &FieldValue<'_>) -> Result<ParameterChange, WireError> {
-    let relative = Object::of(given).filter(|object| {
-        let mut fields = object.values();
-        fields.any(|field| ["times", "plus"].contains(&field.name))
-    });
-    let Some(relative) = relative else {
-        let object = Object::of(given);
-        let known: &[&str] = if given.name.parse::<ParameterKey>()?.parameter.info().directional {
+    let Some(object) = Object::of(given) else {
+        return parameter::read(given, true).map(ParameterChange::To);
+    };
+    let info = given.name.parse::<ParameterKey>()?.parameter.info();
+    if !object.values().any(|field| ["times", "plus"].contains(&field.name)) {
+        let known: &[&str] = if info.directional {
             &["times", "plus", "positive", "negative"]
         } else {
             &["times", "plus"]
         };
-        let fields = object.as_ref().map(Object::values).into_iter().flatten();
-        let unknown = fields.map(|field| field.name).find(|name| !known.contains(name));
+        let unknown = object
+            .values()
+            .map(|field| field.name)
+            .find(|name| !known.contains(name));
         return match unknown {
             Some(name) => Err(refusal::unknown_field(given.name, name, known)),
             None => parameter::read(given, true).map(ParameterChange::To),
         };
-    };
-    given.name.parse::<ParameterKey>()?;
-    let mut fields = relative.values();
+    }
+    let mut fields = object.values();
     let change = match (fields.next(), fields.next()) {
         (Some(field), None) => field.json::<f64>().and_then(|number| match field.name {
             "times" => Some(RelativeChange::Times(number)),

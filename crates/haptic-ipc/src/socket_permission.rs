@@ -47,6 +47,13 @@ pub fn user_name(uid: u32) -> String {
     user.map_or_else(|| format!("#{uid}"), |user| user.name)
 }
 
+/// A user as the system's file of limits takes it: a name, or a range of numbers.
+#[must_use]
+pub fn user_in_limits(uid: u32) -> String {
+    let user = nix::unistd::User::from_uid(uid.into()).ok().flatten();
+    user.map_or_else(|| format!("{uid}:{uid}"), |user| user.name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

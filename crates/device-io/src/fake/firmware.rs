@@ -6,11 +6,9 @@ use super::hand::Hand;
 use super::mechanics::Mechanics;
 use super::misbehaviour::{FaultyClock, Misbehaviour};
 use super::plant::RigProperties;
+use crate::protocol::DEVICE_SILENCE_NS;
 use crate::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, is_newer};
 use crate::protocol::view::Axes;
-
-/// Time without a valid message after which nothing is sent, ns.
-const SILENCE_NS: u64 = 1_000_000_000;
 
 /// Properties of a fake firmware, as its hello reports them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -259,7 +257,7 @@ impl Firmware {
             self.watchdog = true;
         }
         self.mechanics.live_until(now_ns);
-        if self.state != State::Silent && now_ns >= self.received_at_ns + SILENCE_NS {
+        if self.state != State::Silent && now_ns >= self.received_at_ns + DEVICE_SILENCE_NS {
             if self.does(Misbehaviour::StayEnabled) {
                 return;
             }

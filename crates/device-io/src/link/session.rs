@@ -10,6 +10,7 @@ use super::health::{LinkCounters, LinkError, UNKNOWN_DRIFT, add};
 use super::sent_messages::SentMessages;
 use crate::device::{DeviceError, Measurement, Motor as ReportedMotor};
 use crate::kinematics::within_limits;
+use crate::protocol::DEVICE_SILENCE_NS;
 use crate::protocol::frame::FrameError;
 use crate::protocol::message::{
     DeviceHello, DeviceSample, ErrorCode, ErrorReport, FromDevice, FromHost, MessageError, is_newer,
@@ -24,9 +25,6 @@ const ENABLE_TIMEOUT_NS: u64 = 100_000_000;
 /// Longest time without a sample, ns: after that the device may have forgotten us, as after a power
 /// failure behind a converter, and must be greeted again.
 const SILENCE_NS: u64 = 500_000_000;
-
-/// Time without a message after which a device falls silent until it is greeted again, ns.
-const DEVICE_PATIENCE_NS: u64 = 1_000_000_000;
 
 /// Time between two sendings of the same zero force while no other command may be sent, ns.
 const SEND_AGAIN_NS: u64 = 10_000_000;
@@ -285,7 +283,7 @@ impl LinkSession {
     /// too late or not at all, or was silent for too long and must be greeted again.
     pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         let since_ns = now_ns.saturating_sub(replace(&mut self.measured_at_ns, now_ns));
-        if since_ns >= DEVICE_PATIENCE_NS {
+        if since_ns >= DEVICE_SILENCE_NS {
             self.standstill_until_ns = Some(now_ns);
             self.counters.note_error(LinkError::standstill(since_ns), now_ns);
         }

@@ -10,3 +10,6 @@ pub mod view;
 
 /// The version that this crate speaks.
 pub const VERSION: u8 = 1;
+
+/// Time without a valid message after which a device falls silent until it is greeted again, ns.
+pub(crate) const DEVICE_SILENCE_NS: u64 = 1_000_000_000;

@@ -65,13 +65,13 @@ impl Grip {
             return finding;
         }
         let left = damping - self.stiffness * late_s;
-        let fix = |value| {
-            let parameter = self.damper;
-            Some(Fix { parameter, value })
+        let fix = |value| Fix {
+            parameter: self.damper,
+            value,
         };
         Finding {
-            fix: (left > 0.0).then(|| fix(INSIDE * left)).flatten(),
-            fixed_below: fix(damping),
+            fix: (left > 0.0).then(|| fix(INSIDE * left)),
+            fixed_below: Some(fix(damping)),
             ..finding
         }
     }

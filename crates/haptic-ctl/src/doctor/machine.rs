@@ -1,7 +1,7 @@
 //! The limits of this user, and the processors.
 
 use super::check::Check;
-use haptic_ipc::Status;
+use haptic_ipc::{Status, socket_permission};
 use rustix::process::{Resource, getrlimit};
 
 /// Priority of the real-time thread by default.
@@ -37,12 +37,6 @@ pub(super) fn limits() -> [Check; 2] {
     ]
 }
 
-/// A user as the system's file of limits takes it: a name, or a range of numbers.
-fn limited(uid: u32) -> String {
-    let user = nix::unistd::User::from_uid(uid.into()).ok().flatten();
-    user.map_or_else(|| format!("{uid}:{uid}"), |user| user.name)
-}
-
 /// A limit, which may be low for root.
 fn limit(check: &'static str, found: String, is_enough: bool, person: u32, wanted: &str) -> Check {
     if is_enough {
@@ -51,7 +45,7 @@ fn limit(check: &'static str, found: String, is_enough: bool, person: u32, wante
     if person == 0 {
         return Check::ok(check, format!("{found}, which does not apply to root"));
     }
-    let line = format!("{} - {wanted}", limited(person));
+    let line = format!("{} - {wanted}", socket_permission::user_in_limits(person));
     let fix = format!("`echo '{line}' | sudo tee -a /etc/security/limits.d/hapticd.conf`, and log in again");
     Check::warn(check, found, fix)
 }

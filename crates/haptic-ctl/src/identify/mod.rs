@@ -54,7 +54,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     if arguments.rig {
         return rig::run(daemon, &arguments.excite, arguments.absolute_position, json).await;
     }
-    arguments.output.check(arguments.excite.force)?;
+    arguments.output.check(std::iter::empty(), arguments.excite.force)?;
     let options = arguments.wanted.options();
     let identified = run::run(daemon, &arguments.excite, &options, arguments.whole).await?;
     let shown = report::show(&identified.found, json);
@@ -66,8 +66,9 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
 pub(crate) fn run_offline(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     match arguments.file.path() {
         Some(path) => {
-            arguments.output.refuse_overwriting(arguments.file.inputs())?;
-            arguments.output.check(arguments.excite.force)?;
+            arguments
+                .output
+                .check(arguments.file.inputs(), arguments.excite.force)?;
             file::run(path, &arguments.file, &arguments.wanted, &arguments.output, json)
         }
         None => Ok(()),

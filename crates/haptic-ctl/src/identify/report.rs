@@ -26,17 +26,13 @@ fn plot_file(text: &str) -> Result<(PathBuf, PlotFormat), UnknownEnding> {
 }
 
 impl Arguments {
-    /// No output may take the place of an input.
-    pub(super) fn refuse_overwriting<'a>(&self, inputs: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {
-        match &self.out {
-            Some(out) => table_file::refuse_overwriting(out, inputs),
-            None => Ok(()),
+    /// Refuses a scene's file that would take the place of an input, outputs in folders that are not there, and a scene's
+    /// file that is, before the rig is moved for nothing. A scene may have been changed by hand since; a plot is drawn
+    /// again.
+    pub(super) fn check<'a>(&self, inputs: impl Iterator<Item = &'a Path>, replace: bool) -> Result<(), Failure> {
+        if let Some(out) = &self.out {
+            table_file::refuse_overwriting(out, inputs)?;
         }
-    }
-
-    /// Refuses outputs in folders that are not there, and a scene's file that is, before the rig is moved for nothing. A
-    /// scene may have been changed by hand since; a plot is drawn again.
-    pub(super) fn check(&self, replace: bool) -> Result<(), Failure> {
         let files = self.out.iter().chain(self.plot.iter().map(|(path, _)| path));
         for file in files {
             let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());

@@ -64,7 +64,7 @@ const TALL: f32 = 760.0;
 
 /// Shows what the daemon says of the scene, and the buttons.
 pub(super) fn show_use(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
-    let is_connected = model.daemon.takes_commands();
+    let takes_commands = model.daemon.takes_commands();
     let is_tuning = model.view.tuning.trial.is_active();
     let fitting = &mut model.view.fitting;
     let Progress::Found(found) = fitting.progress() else {
@@ -78,14 +78,14 @@ pub(super) fn show_use(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>
     };
     show_advice(ui, fitting.advice());
     let seconds = TRIAL.as_secs();
-    let can_try = is_connected && !fitting.is_trying() && !is_tuning;
+    let can_try = takes_commands && !fitting.is_trying() && !is_tuning;
     let button = Button::new(format!("Try this for {seconds} s"));
     let button = ui.add_enabled(can_try, button);
     let hint = format!(
         "The hand feels it at once, and the scene before comes back after {seconds} s. Meanwhile the panel holds a \
          lease: if it is lost, the rig is released."
     );
-    let why_not = if is_connected {
+    let why_not = if takes_commands {
         "A try is under way"
     } else {
         "No daemon answers"
@@ -93,19 +93,19 @@ pub(super) fn show_use(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>
     if button.on_hover_text(hint).on_disabled_hover_text(why_not).clicked() {
         intents.push(fitting.begin_trial());
     }
-    ui.horizontal_wrapped(|ui| show_saving(ui, fitting, &scene, is_connected, intents));
+    ui.horizontal_wrapped(|ui| show_saving(ui, fitting, &scene, takes_commands, intents));
 }
 
-fn show_saving(ui: &mut Ui, fitting: &mut Fitting, scene: &Scene, is_connected: bool, intents: &mut Vec<Intent>) {
+fn show_saving(ui: &mut Ui, fitting: &mut Fitting, scene: &Scene, takes_commands: bool, intents: &mut Vec<Intent>) {
     let field = TextEdit::singleline(&mut fitting.save_as)
         .hint_text("name")
         .desired_width(150.0);
     let field = ui.add(field).accessible_name("name of the identified scene");
     let name = fitting.save_as.trim().to_owned();
     let save = ui
-        .add_enabled(is_connected && !name.is_empty(), Button::new("Save as scene"))
+        .add_enabled(takes_commands && !name.is_empty(), Button::new("Save as scene"))
         .on_hover_text("Keeps it in the daemon's library");
-    let is_pressed = save.clicked() || (is_connected && !name.is_empty() && is_entered(ui, &field));
+    let is_pressed = save.clicked() || (takes_commands && !name.is_empty() && is_entered(ui, &field));
     let save = |name: String, replace| Intent::Save {
         scene: Some(Box::new(Scene {
             name: name.clone(),

@@ -310,7 +310,7 @@ pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> 
     const OPEN: &str =
         "neither interval nor width, as the answers do not bound them: they jump at a level, or hardly rise";
     for case in &analysis.cases {
-        let name = format!("{:?} {}", case.case, case.method.name());
+        let name = name(case);
         let (own, of): (&[SubjectThreshold], _) = if table == "jnd" {
             match case.jnd_n {
                 None => add("no subject's threshold is determined", name.clone()),
@@ -355,7 +355,7 @@ pub(super) fn footnotes(analysis: &PerceptionAnalysis, table: &str) -> Vec<Strin
         return Vec::new();
     }
     let partial = analysis.cases.iter().filter_map(|case| {
-        let (name, of) = (format!("{:?} {}", case.case, case.method.name()), case.subjects.len());
+        let (name, of) = (name(case), case.subjects.len());
         let count = case.jnd_n.map_or(0, |mean| mean.count);
         (0 < count && count < of).then(|| {
             format!(
@@ -371,9 +371,14 @@ fn number(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.0$}", decimals(value, 3)))
 }
 
+/// Name of a case and its method.
+fn name(case: &CaseAnalysis) -> String {
+    format!("{:?} {}", case.case, case.method.name())
+}
+
 fn case_row(case: &CaseAnalysis) -> Vec<String> {
     vec![
-        format!("{:?} {}", case.case, case.method.name()),
+        name(case),
         // A subject whose threshold is refused is not part of the mean.
         format!("{}/{}", case.jnd_n.map_or(0, |mean| mean.count), case.subjects.len()),
         number(case.jnd_n.map(|mean| mean.value)),

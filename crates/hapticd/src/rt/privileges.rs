@@ -6,6 +6,7 @@
 
 use crate::rt::thread::{Policy, ThreadSettings};
 use crate::threads::block_signals;
+use haptic_ipc::socket_permission::user_in_limits;
 use haptic_ipc::{Problem, RealTimeStatus};
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
@@ -46,7 +47,7 @@ fn higher_limit(of_user: &str, of_unit: &str) -> String {
     format!(
         "`{} - {of_user}` in /etc/security/limits.d/hapticd.conf and log in again, or `sudo setcap \
          cap_sys_nice,cap_ipc_lock+ep {}`",
-        user_name(),
+        user_in_limits(rustix::process::getuid().as_raw()),
         program(),
     )
 }
@@ -100,7 +101,8 @@ pub(crate) fn keep_cpus_awake(status: &mut RealTimeStatus) -> Option<std::fs::Fi
             } else if is_service() {
                 format!("DeviceAllow={DEVICE} rw in its unit (`systemctl edit`), and a user who may write it")
             } else {
-                format!("let {0} write it: `sudo setfacl -m u:{0}:rw {DEVICE}`", user_name())
+                let uid = rustix::process::getuid().as_raw();
+                format!("let this user write it: `sudo setfacl -m u:{uid}:rw {DEVICE}`")
             };
             status.problems.push(Problem {
                 what: format!("the processors may sleep deeply, which delays wake-ups: {DEVICE} says {error}"),
@@ -233,10 +235,6 @@ fn set_fifo(priority: u8) -> Result<(), std::io::Error> {
     } else {
         Err(std::io::Error::last_os_error())
     }
-}
-
-fn user_name() -> String {
-    haptic_ipc::socket_permission::user_name(rustix::process::getuid().as_raw())
 }
 
 fn program() -> String {
