@@ -24,8 +24,6 @@ mod law;
 mod lugre;
 mod reset_integrator;
 mod salcudean_vlaar;
-#[cfg(test)]
-mod smooth_coulomb;
 mod viscous;
 
 pub use crate::contact::{Reseat, SUDDEN_FALL_MPS};
@@ -54,25 +52,20 @@ macro_rules! laws {
             $($(#[$about])* $law($law),)+
         }
 
-        #[allow(unused_doc_comments, reason = "a variant's attributes go with it; some are documentation")]
-        const COUNT: usize = [$($(#[$about])* $law::NAME,)+].len();
-
         /// The names of the laws, in the order of this module's table.
-        #[allow(unused_doc_comments, reason = "a variant's attributes go with it; some are documentation")]
-        pub const LAWS: [&str; COUNT] = [$($(#[$about])* $law::NAME,)+];
+        pub const LAWS: [&str; [$($law::NAME,)+].len()] = [$($law::NAME,)+];
 
-        #[allow(unused_doc_comments, reason = "a variant's attributes go with it; some are documentation")]
         impl Friction {
             /// The law's name in scene files and on the wire.
             #[must_use]
             pub const fn law(&self) -> &'static str {
-                match self { $($(#[$about])* Self::$law(_) => $law::NAME,)+ }
+                match self { $(Self::$law(_) => $law::NAME,)+ }
             }
 
             /// The law of this name with the paper's forces; `None` for an unknown name.
             #[must_use]
             pub fn default_of(law: &str) -> Option<Self> {
-                $($(#[$about])* if law == $law::NAME { return Some(Self::$law($law::defaults())); })+
+                $(if law == $law::NAME { return Some(Self::$law($law::defaults())); })+
                 None
             }
 
@@ -80,16 +73,16 @@ macro_rules! laws {
             /// name.
             #[must_use]
             pub fn summary(law: &str) -> Option<&'static str> {
-                $($(#[$about])* if law == $law::NAME { return Some($law::SUMMARY); })+
+                $(if law == $law::NAME { return Some($law::SUMMARY); })+
                 None
             }
 
             pub(crate) fn as_law(&self) -> &dyn Law {
-                match self { $($(#[$about])* Self::$law(law) => law,)+ }
+                match self { $(Self::$law(law) => law,)+ }
             }
 
             pub(crate) fn as_law_mut(&mut self) -> &mut dyn Law {
-                match self { $($(#[$about])* Self::$law(law) => law,)+ }
+                match self { $(Self::$law(law) => law,)+ }
             }
         }
     };
@@ -112,9 +105,6 @@ laws! {
     SalcudeanVlaar in salcudean_vlaar,
     /// Drag alone.
     Viscous in viscous,
-    /// For tests alone.
-    #[cfg(test)]
-    SmoothCoulomb in smooth_coulomb,
 }
 
 /// One number of a law's parameter vector, with its bounds.
@@ -210,50 +200,13 @@ mod tests {
     }
 
     #[test]
-    fn a_vector_has_every_parameter_of_its_law_within_bounds() {
-        for name in LAWS {
-            let mut law = Friction::default_of(name).expect("a law of the list");
-            assert_eq!(law.law(), name);
-            for on_device in [false, true] {
-                let vector = law.vector(on_device);
-                for Coordinate { key, value, min, max } in &vector {
-                    assert!(
-                        (*min..=*max).contains(value),
-                        "{name}: {key} = {value}, not from {min} to {max}"
-                    );
-                }
-                let has = |row: &&crate::parameters::ParameterInfo| {
-                    vector
-                        .iter()
-                        .any(|coordinate| coordinate.key.parameter == row.parameter)
-                };
-                for row in &TABLE {
-                    assert_eq!(
-                        has(&row),
-                        law.slot(row.parameter, on_device).is_some(),
-                        "{name}: {}",
-                        row.name
-                    );
-                }
-            }
-        }
+    fn a_vector_has_every_parameter_in_each_of_its_directions() {
         let vector = Friction::Karnopp(Karnopp::new(4.0, 3.5)).vector(false);
         assert_eq!(
             vector.len(),
             2 + 2 + 2 + 3,
             "two of each force and of the drag, DV, ws and gamma: {vector:?}"
         );
-    }
-
-    #[test]
-    fn every_law_has_a_summary_of_its_own() {
-        let summaries = LAWS.map(|name| Friction::summary(name).expect("a law of the list"));
-        assert!(LAWS.contains(&smooth_coulomb::SmoothCoulomb::NAME), "a law of a test");
-        for (index, summary) in summaries.iter().enumerate() {
-            assert!(!summary.is_empty() && !summary.ends_with('.'), "{summary}");
-            assert!(!summaries[..index].contains(summary), "{summary}");
-        }
-        assert_eq!(Friction::summary("velcro"), None);
     }
 
     #[cfg(feature = "serde")]
