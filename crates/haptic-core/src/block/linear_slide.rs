@@ -10,6 +10,7 @@ use super::expansion::Piece;
 use super::oscillator::{InitialState, Oscillator, Propagator};
 use crate::block::oscillator::Response;
 use crate::directional::Direction;
+use crate::series::falls_between;
 use crate::snapshot::Archive;
 
 /// A slide against constant and viscous friction: solved exactly.
@@ -190,7 +191,10 @@ pub(super) fn first_fall(
             let level = if armed { threshold } else { 0.0 };
             if w_to <= level && w_from >= level {
                 // Touching the end of the interval from above is for the next tick to see.
-                let at = find_fall(oscillator, motion, level, from, to, remaining);
+                let at = falls_between((from, to), 0.5 * (from + to), 1e-14 * remaining, |at| {
+                    let (w, a) = oscillator.velocity(motion, at);
+                    (w - level, a)
+                });
                 return (SlideEnd::Falls { at, armed }, extrema);
             }
         }
@@ -205,35 +209,4 @@ pub(super) fn first_fall(
         w_from = w_to;
         extremum += distance;
     }
-}
-
-/// The root of `w - level` in an interval on which `w` falls from above the level to or below it.
-fn find_fall(oscillator: &Oscillator, motion: &InitialState, level: f64, from: f64, to: f64, scale: f64) -> f64 {
-    let (mut above, mut below) = (from, to);
-    let mut at = 0.5 * (from + to);
-    // Newton from the middle; each step that leaves the bracket is replaced by a bisection, so that
-    // 64 always suffice.
-    for _ in 0..64 {
-        let (w, a) = oscillator.velocity(motion, at);
-        if w > level {
-            above = at;
-        } else {
-            below = at;
-        }
-        let newton = at - (w - level) / a;
-        // Newton's error is then that of rounding; asking for less would chase noise.
-        if (newton - at).abs() <= 1e-14 * scale {
-            return newton.max(from).min(to);
-        }
-        let next = if newton > above && newton < below {
-            newton
-        } else {
-            0.5 * (above + below)
-        };
-        if next == at {
-            return at;
-        }
-        at = next;
-    }
-    at
 }

@@ -12,7 +12,7 @@
 //! creates energy in friction; the [exact](super::exact) scheme has none of these.
 
 use super::body::{BlockState, Coupling, EventSink, Moving, Rendered};
-use crate::contact::{Contact, ContactMemory, Level, StaticLimit, Stroke, YieldingContact};
+use crate::contact::{Contact, ContactMemory, Leg, Level, StaticLimit, YieldingContact};
 use crate::directional::{Direction, Directional};
 use crate::snapshot::Archive;
 use core::fmt::Debug;
@@ -173,12 +173,12 @@ impl<C: YieldingContact> SteppedLaw for Yielding<C> {
             return;
         }
         let direction = Direction::of(displacement);
-        self.0.advance(&Stroke {
+        self.0.advance(&Leg {
             direction,
             distance: displacement.abs(),
             from_speed: from.abs(),
             to_speed: to.abs(),
-            elapsed_s: step_s,
+            duration_s: step_s,
         });
         self.0.sampled(to);
     }

@@ -7,7 +7,7 @@
 use super::expansion::{Piece, Start};
 use super::linear_slide::{FallLevel, SlideEnd, first_fall, passes};
 use super::oscillator::{InitialState, Oscillator};
-use crate::contact::{FrictionLine, StraightContact, Stroke};
+use crate::contact::{FrictionLine, Leg, StraightContact};
 use crate::series::{FINE_TOLERANCE_N, Newest, Path, RECIPROCAL, Recurrence};
 
 /// Half-turns of the oscillation that a piece may have.
@@ -160,12 +160,12 @@ pub(crate) fn straight_piece(contact: &mut impl StraightContact, start: &Start) 
     let line = contact.line(start.direction);
     let (armed, threshold) = contact.fall_level();
     let (mut piece, end) = start.on_line_in_closed_form(&line, FallLevel { armed, threshold });
-    contact.advance(&Stroke {
+    contact.advance(&Leg {
         direction: start.direction,
         distance: piece.distance,
         from_speed: start.speed,
         to_speed: piece.speed,
-        elapsed_s: piece.lasted_s,
+        duration_s: piece.lasted_s,
     });
     // A spring holds what it takes.
     if line.stiffness == 0.0 {

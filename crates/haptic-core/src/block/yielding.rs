@@ -10,7 +10,7 @@ use super::body::{BlockState, Coupling, EventSink, Rendered};
 use super::course::{CoupledBlock, Course, Outcome, PiecewiseBlock, work_budget};
 use super::expansion::{CoupledMass, Piece, Start};
 use super::straight::straight_piece;
-use crate::contact::{Contact, ContactMemory, SpringContact, StaticLimit, Stroke, YieldingContact};
+use crate::contact::{Contact, ContactMemory, Leg, SpringContact, StaticLimit, YieldingContact};
 use crate::directional::{Direction, Directional};
 use crate::math::sqrt;
 use crate::snapshot::Archive;
@@ -117,12 +117,12 @@ impl<C: PiecewiseContact> YieldingBlock<C> {
         let after = |distance: f64| {
             let speed = distance / step_s;
             let mut contact = self.contact.clone();
-            contact.advance(&Stroke {
+            contact.advance(&Leg {
                 direction,
                 distance,
                 from_speed: speed,
                 to_speed: speed,
-                elapsed_s: step_s,
+                duration_s: step_s,
             });
             contact
         };

@@ -2,9 +2,10 @@
 //! z/zss`, and gives `sigma z`. The laws that are made of one differ in `alpha` and in where `zss`
 //! comes from.
 
+use super::leg::Leg;
 use super::level::Level;
 use super::state::{Contact, ContactMemory, LawContact};
-use super::yielding::{Stroke, YieldingContact, by_elastic_share};
+use super::yielding::{YieldingContact, by_elastic_share};
 use crate::directional::{Direction, Directional};
 use crate::math::{exp, exp_m1, flush};
 use crate::snapshot::Archive;
@@ -132,12 +133,12 @@ impl<L: Level, P: Plasticity> LawContact for Bristle<L, P> {
 }
 
 impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
-    fn advance(&mut self, stroke: &Stroke) {
-        let sign = stroke.direction.sign();
-        let (from, to) = (stroke.from_speed, stroke.to_speed);
+    fn advance(&mut self, leg: &Leg) {
+        let sign = leg.direction.sign();
+        let (from, to) = (leg.from_speed, leg.to_speed);
         let middle = 0.5 * (from + to);
         let flow = |along: f64, distance: f64, speed: f64| {
-            let steady = self.steady(stroke.direction, speed);
+            let steady = self.steady(leg.direction, speed);
             if steady > 0.0 {
                 self.plasticity.flow(along, distance, steady)
             } else if P::UNLOADS_ELASTICALLY {
@@ -147,19 +148,19 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
             }
         };
         let along = sign * self.deflection;
-        let at_once = flow(along, stroke.distance, middle);
+        let at_once = flow(along, leg.distance, middle);
         if P::EXACT && !L::VARIES {
             self.deflection = flush(sign * at_once);
             return;
         }
         // In two halves of the time, the speed growing evenly, and extrapolated from both.
         let first = if middle > 0.0 {
-            stroke.distance * (0.25 * (3.0 * from + to) / (2.0 * middle))
+            leg.distance * (0.25 * (3.0 * from + to) / (2.0 * middle))
         } else {
-            0.5 * stroke.distance
+            0.5 * leg.distance
         };
         let halfway = flow(along, first, 0.25 * (3.0 * from + to));
-        let in_halves = flow(halfway, stroke.distance - first, 0.25 * (from + 3.0 * to));
+        let in_halves = flow(halfway, leg.distance - first, 0.25 * (from + 3.0 * to));
         let missed = (in_halves - at_once) / 3.0;
         self.deflection = flush(sign * (in_halves + missed));
     }

@@ -24,27 +24,11 @@ pub(crate) struct BristleForce<const DAMPED: bool> {
     last: usize,
 }
 
-impl BristleForce<true> {
+impl<const DAMPED: bool> BristleForce<DAMPED> {
     /// `duration_s` is the series' own time, s, `stiffness` `sigma`, N/m, `damping` `sigma1`, N s/m,
     /// and `force` what it has along the motion, N.
     #[inline(always)]
     pub(crate) fn new(duration_s: f64, stiffness: f64, damping: f64, force: f64) -> Self {
-        Self::with(duration_s, stiffness, damping, force)
-    }
-}
-
-impl BristleForce<false> {
-    /// `duration_s` is the series' own time, s, `stiffness` `sigma`, N/m, and `force` what it has
-    /// along the motion, N.
-    #[inline(always)]
-    pub(crate) fn undamped(duration_s: f64, stiffness: f64, force: f64) -> Self {
-        Self::with(duration_s, stiffness, 0.0, force)
-    }
-}
-
-impl<const DAMPED: bool> BristleForce<DAMPED> {
-    #[inline(always)]
-    fn with(duration_s: f64, stiffness: f64, damping: f64, force: f64) -> Self {
         Self {
             rate: stiffness * duration_s,
             damping,

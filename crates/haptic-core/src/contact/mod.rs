@@ -3,6 +3,7 @@
 mod bristle;
 mod bristle_series;
 mod device;
+mod leg;
 mod level;
 mod power_series;
 mod spring;
@@ -22,11 +23,12 @@ pub(crate) use bristle_series::{
 #[cfg(test)]
 pub(crate) use device::cells_and_error;
 pub(crate) use device::{
-    DeviceContact, DeviceElastoPlastic, DeviceLugre, EnergyMeter, FlowLevel, Leg, MasterLaw, ORDER, PathBristle,
-    PathSeries, series_product,
+    DeviceContact, DeviceElastoPlastic, DeviceLugre, EnergyMeter, FlowLevel, MasterLaw, ORDER, PathBristle, PathSeries,
+    series_product,
 };
+pub(crate) use leg::Leg;
 pub(crate) use level::{Fall, FallSeries, Level, Stribeck, fallen_from};
 pub(crate) use power_series::PowerSeries;
 pub(crate) use spring::{SpringContact, SpringState};
 pub(crate) use state::{ConstantLimit, RisingLimit, StaticLimit};
-pub(crate) use yielding::{FrictionLine, StraightContact, Stroke, YieldingContact, by_elastic_share};
+pub(crate) use yielding::{FrictionLine, StraightContact, YieldingContact, by_elastic_share};

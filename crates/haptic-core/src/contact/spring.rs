@@ -1,9 +1,10 @@
 //! A contact that holds by a spring up to its static limit, then slides, and holds again when it has
 //! come to rest.
 
+use super::leg::Leg;
 use super::level::Level;
 use super::state::{Contact, ContactMemory, LawContact, StaticLimit};
-use super::yielding::{FrictionLine, StraightContact, Stroke, YieldingContact};
+use super::yielding::{FrictionLine, StraightContact, YieldingContact};
 use crate::directional::{Direction, Directional};
 use crate::math::flush;
 use crate::snapshot::Archive;
@@ -204,21 +205,21 @@ impl<L: Level, R: StaticLimit> LawContact for SpringContact<L, R> {
 }
 
 impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
-    fn advance(&mut self, stroke: &Stroke) {
-        let direction = stroke.direction;
+    fn advance(&mut self, leg: &Leg) {
+        let direction = leg.direction;
         if let SpringState::Sliding { direction: slid, .. } = self.state
             && slid != direction
         {
-            // It turned round within the stroke: the slide ends, and what follows unloads the
+            // It turned round within the leg: the slide ends, and what follows unloads the
             // spring.
             self.stick(self.friction(0.0));
         }
         match &mut self.state {
             SpringState::Stuck { force } => {
-                self.static_limit.rest(stroke.elapsed_s);
+                self.static_limit.rest(leg.duration_s);
                 let sign = direction.sign();
                 let mut along = sign * *force;
-                let mut distance = stroke.distance;
+                let mut distance = leg.distance;
                 if along < 0.0 {
                     let unloading = self.stiffness.get(Direction::of(*force));
                     let by = distance.min(-along / unloading);
@@ -228,15 +229,15 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
                 along += self.stiffness.get(direction) * distance;
                 *force = flush(sign * along);
                 let force = *force;
-                if stroke.distance > 0.0 && self.reached(direction, force) {
+                if leg.distance > 0.0 && self.reached(direction, force) {
                     self.level.set_off(direction, self.limit(direction));
                     self.state = SpringState::Sliding {
                         direction,
-                        armed: stroke.to_speed > self.velocity_threshold,
+                        armed: leg.to_speed > self.velocity_threshold,
                     };
                 }
             }
-            SpringState::Sliding { armed, .. } => *armed |= stroke.to_speed > self.velocity_threshold,
+            SpringState::Sliding { armed, .. } => *armed |= leg.to_speed > self.velocity_threshold,
         }
     }
 

@@ -4,6 +4,7 @@
 //! made of straight lines also says how that will change: with that a block is solved in closed
 //! form from one kink to the next, see [`block::yielding`](crate::block).
 
+use super::leg::Leg;
 use super::state::{Contact, LawContact};
 use crate::directional::Direction;
 
@@ -22,24 +23,10 @@ pub(crate) struct FrictionLine {
     pub(crate) kink: f64,
 }
 
-/// A displacement in one direction.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stroke {
-    pub(crate) direction: Direction,
-    /// m, not negative.
-    pub(crate) distance: f64,
-    /// Speed along the direction at the start, m/s.
-    pub(crate) from_speed: f64,
-    /// The same at the end.
-    pub(crate) to_speed: f64,
-    /// Time that it took, s.
-    pub(crate) elapsed_s: f64,
-}
-
 /// The contact of a friction law with a memory of its own.
 pub(crate) trait YieldingContact: LawContact {
     /// Moves on.
-    fn advance(&mut self, stroke: &Stroke);
+    fn advance(&mut self, leg: &Leg);
 
     /// Friction in motion with a velocity, N, signed: positive against positive motion.
     fn friction(&self, velocity: f64) -> f64;

@@ -2,15 +2,10 @@
 //! nothing of its own.
 
 use crate::block::{Expansion, LineEnd, Piece, Start};
-use crate::contact::{Bristle, BristleForce, FrictionLine, Level, Plasticity, SETTLED_N, YieldingContact};
+use crate::contact::{Bristle, BristleForce, FrictionLine, LawContact, Level, Plasticity, SETTLED_N, YieldingContact};
 use crate::math::flush;
 
 impl<L: Level, P: Plasticity> Bristle<L, P> {
-    /// The bristle's force, N, signed.
-    pub(super) fn force(&self) -> f64 {
-        self.stiffness * self.deflection
-    }
-
     fn set_force(&mut self, start: &Start, along: f64) {
         self.deflection = flush(start.direction.sign() * along / self.stiffness);
     }
@@ -38,7 +33,7 @@ impl<L: Level, P: Plasticity> Bristle<L, P> {
     /// A motion that the bristle takes up whole, until it has a force along it, N, or falls to a
     /// speed, m/s.
     pub(super) fn stretch(&mut self, start: &Start, until_force: f64, falls_to: f64) -> Piece {
-        let along = start.direction.sign() * self.force();
+        let along = start.direction.sign() * self.force_at_rest();
         let line = FrictionLine {
             force: along,
             stiffness: self.stiffness,

@@ -17,7 +17,7 @@ use super::law::{self, Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start, straight_piece};
 use crate::contact::{
     BristleForce, Contact, ContactMemory, DeviceContact, EnergyMeter, FrictionLine, LawContact, Leg, PowerSeries,
-    SETTLED_N, StraightContact, Stroke, TowardsLimit, YieldingContact, by_elastic_share,
+    SETTLED_N, StraightContact, TowardsLimit, YieldingContact, by_elastic_share,
 };
 use crate::directional::{Direction, Directional};
 use crate::math::{exp, exp_m1, flush, ln_1p, powf};
@@ -180,19 +180,19 @@ impl LawContact for DahlContact {
     reason = "the exponents 0 and 1 themselves have closed forms of their own"
 )]
 impl YieldingContact for DahlContact {
-    fn advance(&mut self, stroke: &Stroke) {
-        let limit = self.law.dynamic_force.get(stroke.direction);
+    fn advance(&mut self, leg: &Leg) {
+        let limit = self.law.dynamic_force.get(leg.direction);
         if self.law.exponent == 0.0 {
-            let along = stroke.direction.sign() * self.force;
-            let after = along + self.law.contact_stiffness * stroke.distance;
-            self.force = flush(stroke.direction.sign() * after.min(limit.max(along)));
+            let along = leg.direction.sign() * self.force;
+            let after = along + self.law.contact_stiffness * leg.distance;
+            self.force = flush(leg.direction.sign() * after.min(limit.max(along)));
             return;
         }
-        let rest = self.rest(stroke.direction);
+        let rest = self.rest(leg.direction);
         let left = if limit <= 0.0 || rest == 0.0 {
             0.0
         } else {
-            let a = self.law.contact_stiffness * stroke.distance / limit;
+            let a = self.law.contact_stiffness * leg.distance / limit;
             let i = self.law.exponent;
             if i == 1.0 {
                 rest * flush(exp(-a))
@@ -206,7 +206,7 @@ impl YieldingContact for DahlContact {
                 }
             }
         };
-        self.force = flush(stroke.direction.sign() * limit * (1.0 - left));
+        self.force = flush(leg.direction.sign() * limit * (1.0 - left));
     }
 
     fn friction(&self, velocity: f64) -> f64 {
@@ -256,7 +256,7 @@ impl DahlContact {
     /// A piece on the exponential that `i = 1` has.
     fn yield_exponentially(&mut self, start: &Start) -> Piece {
         let (limit, sign) = (self.law.dynamic_force.get(start.direction), start.direction.sign());
-        let bristle = BristleForce::undamped(start.remaining_s, self.law.contact_stiffness, sign * self.force);
+        let bristle = BristleForce::<false>::new(start.remaining_s, self.law.contact_stiffness, 0.0, sign * self.force);
         let mut series = TowardsLimit::new(bristle, limit, TOLERANCE_N);
         let mut expansion = start.expand(self.law.viscous.get(start.direction), &mut series);
         let speed = expansion.falls_to(0.0).then_some(0.0);
@@ -369,16 +369,7 @@ impl DahlContact {
 impl DeviceContact for DahlContact {
     fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool {
         let from = self.force;
-        YieldingContact::advance(
-            self,
-            &Stroke {
-                direction: leg.direction,
-                distance: leg.distance,
-                from_speed: leg.from_speed,
-                to_speed: leg.to_speed,
-                elapsed_s: leg.duration_s,
-            },
-        );
+        YieldingContact::advance(self, leg);
         if E::LISTENS {
             let sign = leg.direction.sign();
             let limit = self.law.dynamic_force.get(leg.direction);
@@ -423,9 +414,9 @@ mod tests {
             let mut contact = law.contact();
             let mut force = 0.0_f64;
             for direction in [Direction::Positive, Direction::Negative, Direction::Positive] {
-                let (from_speed, to_speed, elapsed_s) = (0.0, 0.0, 1e-3);
-                let stroke = Stroke { direction, distance, from_speed, to_speed, elapsed_s };
-                YieldingContact::advance(&mut contact, &stroke);
+                let (from_speed, to_speed, duration_s) = (0.0, 0.0, 1e-3);
+                let leg = Leg { direction, distance, from_speed, to_speed, duration_s };
+                YieldingContact::advance(&mut contact, &leg);
                 let limit = law.dynamic_force.get(direction);
                 let steps = 20_000;
                 for _ in 0..steps {

@@ -12,8 +12,9 @@ use super::forces::StribeckForces;
 use super::law::{self, Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
-    Bristle, BristleForce, DeviceElastoPlastic, Fall, FallSeries, LOOK_BACK_ON_CURVE, Level, MIN_ON_CURVE, MasterLaw,
-    ORDER, PathBristle, PathSeries, Plasticity, RatioSeries, TowardsLimit, UnderCurve, flow_in_pieces, series_product,
+    Bristle, BristleForce, DeviceElastoPlastic, Fall, FallSeries, LOOK_BACK_ON_CURVE, LawContact, Level, MIN_ON_CURVE,
+    MasterLaw, ORDER, PathBristle, PathSeries, Plasticity, RatioSeries, TowardsLimit, UnderCurve, flow_in_pieces,
+    series_product,
 };
 use crate::directional::{Direction, Directional};
 use crate::math::{cos, sin_cos};
@@ -229,7 +230,7 @@ const AT_THE_END: f64 = 1e-12;
 impl<L: Level> PiecewiseContact for Bristle<L, DelayedPlasticity> {
     fn piece(&mut self, start: &Start) -> Piece {
         let direction = start.direction;
-        let along = direction.sign() * self.force();
+        let along = direction.sign() * self.force_at_rest();
         let kinetic = self.level.kinetic(direction);
         let fraction = self.plasticity.fraction;
         let elastic = self.plasticity.onset() * kinetic;
@@ -247,7 +248,7 @@ impl<L: Level> PiecewiseContact for Bristle<L, DelayedPlasticity> {
         if self.is_settled(along, kinetic) {
             return self.slide(start, falls_to);
         }
-        let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
+        let bristle = BristleForce::<true>::new(start.remaining_s, self.stiffness, self.damping, along);
         let viscous = self.viscous.get(direction);
         if along >= kinetic * (1.0 - 0.5 * self.plasticity.band()) {
             let mut series = TowardsLimit::new(bristle, kinetic, FINE_TOLERANCE_N);
@@ -265,14 +266,14 @@ impl<L: Level> PiecewiseContact for Bristle<L, DelayedPlasticity> {
 impl<L: Level> Bristle<L, DelayedPlasticity> {
     /// A piece at a speed at which Stribeck's curve is felt.
     fn flow_on_curve(&mut self, start: &Start, fall: &Fall, kinetic: f64) -> Piece {
-        let along = start.direction.sign() * self.force();
+        let along = start.direction.sign() * self.force_at_rest();
         let (fraction, onset, band) = (
             self.plasticity.fraction,
             self.plasticity.onset(),
             self.plasticity.band(),
         );
         let fall = FallSeries::new(fall, start.speed);
-        let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
+        let bristle = BristleForce::<true>::new(start.remaining_s, self.stiffness, self.damping, along);
         let viscous = self.viscous.get(start.direction);
         let ratio = along / (kinetic + fall.at_start);
         let (expansion, stops, leaves, bristle) = if ratio < onset - 0.5 * band {

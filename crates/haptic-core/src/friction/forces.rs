@@ -32,10 +32,7 @@ pub(super) fn check_static_not_below(
 
 /// Raises a static force to the dynamic one.
 pub(super) fn raise(static_force: &mut Directional, dynamic_force: Directional) {
-    for direction in Direction::BOTH {
-        let held = static_force.get_mut(direction);
-        *held = held.max(dynamic_force.get(direction));
-    }
+    *static_force = static_force.zip(dynamic_force, f64::max);
 }
 
 /// Largest `Fs/Fd` of a bristle: its stiffness against its slide grows with it, and with it the work of
@@ -67,10 +64,7 @@ pub(super) fn check_stiction(
 
 /// Lowers a static force to the greatest that is accepted.
 pub(super) fn limit_stiction(static_force: &mut Directional, dynamic_force: Directional) {
-    for direction in Direction::BOTH {
-        let held = static_force.get_mut(direction);
-        *held = held.min(MAX_STICTION * dynamic_force.get(direction));
-    }
+    *static_force = static_force.zip(dynamic_force, |held, sliding| held.min(MAX_STICTION * sliding));
 }
 
 /// The forces of a bristle that falls from its static to its dynamic force over a velocity.

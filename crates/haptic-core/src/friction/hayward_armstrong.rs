@@ -15,8 +15,8 @@
 use super::law::{self, Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
-    Bristle, BristleForce, MasterLaw, ORDER, PathBristle, PathSeries, Plasticity, TowardsLimit, flow_in_pieces,
-    series_product,
+    Bristle, BristleForce, LawContact, MasterLaw, ORDER, PathBristle, PathSeries, Plasticity, TowardsLimit,
+    flow_in_pieces, series_product,
 };
 use crate::directional::{Direction, Directional};
 use crate::math::sqrt;
@@ -165,7 +165,7 @@ const NO_ONSET: f64 = 1e-48;
 impl PiecewiseContact for Bristle<Directional, AdhesionPlasticity> {
     fn piece(&mut self, start: &Start) -> Piece {
         let direction = start.direction;
-        let along = direction.sign() * self.force();
+        let along = direction.sign() * self.force_at_rest();
         let limit = self.level.get(direction);
         if limit == 0.0 && along != 0.0 {
             return self.let_go(start);
@@ -177,7 +177,7 @@ impl PiecewiseContact for Bristle<Directional, AdhesionPlasticity> {
         if along.abs() < centre * (1.0 - 1e-12) {
             return self.stretch(start, centre, 0.0);
         }
-        let bristle = BristleForce::undamped(start.remaining_s, self.stiffness, along);
+        let bristle = BristleForce::<false>::new(start.remaining_s, self.stiffness, 0.0, along);
         let viscous = self.viscous.get(direction);
         if self.plasticity.onset < NO_ONSET {
             let mut series = TowardsLimit::new(bristle, limit, FINE_TOLERANCE_N);

@@ -14,8 +14,8 @@ use super::forces::StribeckForces;
 use super::law::{self, Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
-    Bristle, BristleForce, DeviceLugre, FallSeries, FlowLevel, FullPlasticity, Level, RatioSeries, TowardsLimit,
-    UnderCurve,
+    Bristle, BristleForce, DeviceLugre, FallSeries, FlowLevel, FullPlasticity, LawContact, Level, RatioSeries,
+    TowardsLimit, UnderCurve,
 };
 use crate::directional::{Direction, Directional};
 use crate::parameters::{Parameter, SceneError, Slot};
@@ -162,7 +162,7 @@ impl Law for Lugre {
 impl<L: Level> PiecewiseContact for Bristle<L, FullPlasticity> {
     fn piece(&mut self, start: &Start) -> Piece {
         let direction = start.direction;
-        let along = direction.sign() * self.force();
+        let along = direction.sign() * self.force_at_rest();
         let kinetic = self.level.kinetic(direction);
         let fall = self.level.fall(direction);
         let falls_to = fall.map_or(0.0, |fall| fall.fallen_from);
@@ -170,14 +170,14 @@ impl<L: Level> PiecewiseContact for Bristle<L, FullPlasticity> {
             None if kinetic == 0.0 && along != 0.0 => self.let_go(start),
             None if self.is_settled(along, kinetic) => self.slide(start, falls_to),
             None => {
-                let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
+                let bristle = BristleForce::<true>::new(start.remaining_s, self.stiffness, self.damping, along);
                 let mut series = TowardsLimit::new(bristle, kinetic, DEFAULT_TOLERANCE_N);
                 let mut expansion = start.expand(self.viscous.get(direction), &mut series);
                 let speed = expansion.falls_to(falls_to).then_some(falls_to);
                 self.bend(start, &expansion, speed, &series.bristle)
             }
             Some(fall) => {
-                let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
+                let bristle = BristleForce::<true>::new(start.remaining_s, self.stiffness, self.damping, along);
                 let ratio = RatioSeries::new(along, kinetic, Some(FallSeries::new(&fall, start.speed)));
                 let mut series = UnderCurve {
                     bristle,

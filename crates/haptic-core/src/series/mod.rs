@@ -15,7 +15,7 @@ mod products;
 mod roots;
 
 pub(crate) use products::Products;
-pub(crate) use roots::{first_root, root_between};
+pub(crate) use roots::{falls_between, first_root, root_between};
 
 use core::ops::{Add, Mul};
 

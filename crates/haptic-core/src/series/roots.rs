@@ -89,6 +89,41 @@ fn stays_positive(polynomial: &[f64; ROOM], end: f64) -> bool {
     bottom + value(&negative, end) > 0.0
 }
 
+/// The root between two places of a function that falls through zero there, by Newton's method from a guess: each
+/// step that leaves the bracket is replaced by a bisection, so that 64 always suffice. `function` gives a value and
+/// its slope; the root is found to `close`, which is the error of rounding: asking for less would chase noise.
+pub(crate) fn falls_between(
+    (from, to): (f64, f64),
+    guess: f64,
+    close: f64,
+    function: impl Fn(f64) -> (f64, f64),
+) -> f64 {
+    let (mut above, mut below) = (from, to);
+    let mut at = guess;
+    for _ in 0..64 {
+        let (there, slope) = function(at);
+        if there > 0.0 {
+            above = at;
+        } else {
+            below = at;
+        }
+        let newton = at - there / slope;
+        if (newton - at).abs() <= close {
+            return newton.max(from).min(to);
+        }
+        let next = if newton > above && newton < below {
+            newton
+        } else {
+            0.5 * (above + below)
+        };
+        if next == at {
+            return at;
+        }
+        at = next;
+    }
+    at
+}
+
 /// A polynomial up to a time, and how fast it falls.
 struct Curve<'a> {
     polynomial: &'a [f64; ROOM],
@@ -97,34 +132,11 @@ struct Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// The root between two times, where it falls through zero, by Newton's method from a guess:
-    /// each step that leaves the bracket is replaced by a bisection, so that 64 always suffice.
+    /// The root between two times, where it falls through zero, from a guess.
     fn refine(&self, from: f64, to: f64, guess: f64) -> f64 {
-        let (mut above, mut below) = (from, to);
-        let mut at = guess;
-        for _ in 0..64 {
-            let (there, fall) = (value(self.polynomial, at), value(&self.fall, at));
-            if there > 0.0 {
-                above = at;
-            } else {
-                below = at;
-            }
-            let newton = at + there / fall;
-            // Newton's error is then that of rounding.
-            if (newton - at).abs() <= 1e-15 * self.end {
-                return newton.max(from).min(to);
-            }
-            let next = if newton > above && newton < below {
-                newton
-            } else {
-                0.5 * (above + below)
-            };
-            if (next - at).abs() <= 1e-16 * at {
-                return at;
-            }
-            at = next;
-        }
-        at
+        falls_between((from, to), guess, 1e-15 * self.end, |at| {
+            (value(self.polynomial, at), -value(&self.fall, at))
+        })
     }
 }
 

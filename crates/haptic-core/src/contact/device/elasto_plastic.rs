@@ -6,11 +6,11 @@
 //! curve goes one way, so that each border is crossed at most once either way: `g` over the distance is
 //! convex, and the slope of `u` at `u = 1` has the sign of its fall.
 
-use super::leg::Leg;
 use super::lugre::dissipated_by_nodes;
 use super::master_path::{MasterLaw, MasterPath, series_product};
 use super::stribeck_flow::{Curve, Part, follow, follow_constant};
 use super::{DeviceBristle, DeviceContact, EnergyMeter};
+use crate::contact::leg::Leg;
 use crate::contact::level::{Level, Stribeck};
 use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;

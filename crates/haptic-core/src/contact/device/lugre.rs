@@ -1,8 +1,8 @@
 //! LuGre's bristle on the device itself.
 
-use super::leg::Leg;
 use super::stribeck_flow::{Curve, TWELVE, follow, follow_constant};
 use super::{DeviceBristle, DeviceContact, EnergyMeter};
+use crate::contact::leg::Leg;
 use crate::contact::level::{Level, Stribeck};
 use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;

@@ -2,7 +2,6 @@
 //! along it, and not in pieces of a tangent.
 
 mod elasto_plastic;
-mod leg;
 mod lugre;
 mod master_path;
 mod path_bristle;
@@ -10,13 +9,13 @@ mod spring;
 mod stribeck_flow;
 
 pub(crate) use elasto_plastic::DeviceElastoPlastic;
-pub(crate) use leg::Leg;
 pub(crate) use lugre::{DeviceLugre, FlowLevel};
 #[cfg(test)]
 pub(crate) use master_path::cells_and_error;
 pub(crate) use master_path::{MasterLaw, ORDER, PathSeries, series_product};
 pub(crate) use path_bristle::PathBristle;
 
+use super::leg::Leg;
 use super::state::LawContact;
 use crate::directional::Direction;
 

@@ -1,9 +1,9 @@
 //! A bristle on its master path: Hayward and Armstrong's contact, and the elasto-plastic one
 //! without Stribeck's fall.
 
-use super::leg::Leg;
 use super::master_path::{FARTHEST, MasterLaw, MasterPath};
 use super::{DeviceContact, EnergyMeter};
+use crate::contact::leg::Leg;
 use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
 use crate::directional::{Direction, Directional};

@@ -1,9 +1,9 @@
 //! A stuck spring on the device itself: breakaway and the end of a slide where they happen on a
 //! leg.
 
-use super::leg::Leg;
 use super::stribeck_flow::TWELVE;
 use super::{DeviceContact, EnergyMeter};
+use crate::contact::leg::Leg;
 use crate::contact::level::Level;
 use crate::contact::spring::{SpringContact, SpringState};
 use crate::contact::state::StaticLimit;

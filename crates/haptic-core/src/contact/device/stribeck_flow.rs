@@ -4,7 +4,7 @@
 //! Fd) e^-y`. The exponent of the flow, `q = sigma integral dx/g` over what is left of the leg, is
 //! then a logarithm, and the force at the end an integral of `e^-q`, which Gauss's nodes give.
 
-use super::leg::Leg;
+use crate::contact::leg::Leg;
 use crate::contact::level::Stribeck;
 use crate::directional::Direction;
 use crate::math::{exp, exp_m1, ln_1p};
