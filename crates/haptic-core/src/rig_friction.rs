@@ -246,16 +246,4 @@ mod tests {
             }
         }
     }
-
-    #[cfg(feature = "serde")]
-    #[test]
-    fn it_is_written_and_read_without_loss() {
-        for cogging in [None, Some(COGGING)] {
-            let rig = RigFriction { cogging, ..RIG };
-            let text = toml::to_string(&rig).expect("it can be written");
-            assert_eq!(toml::from_str(&text), Ok(rig), "{text}");
-        }
-        let unknown = "mass_kg = 1\ndynamic_force_N = 1\nviscous_Ns_per_m = 0\nfriction = 3";
-        assert!(toml::from_str::<RigFriction>(unknown).is_err());
-    }
 }

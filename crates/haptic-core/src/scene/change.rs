@@ -182,8 +182,6 @@ fn place<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    #[cfg(feature = "serde")]
-    use crate::directional::Directional;
     use crate::{Renderer, Scheme};
     use alloc::string::ToString;
 
@@ -250,41 +248,5 @@ mod tests {
             let error = Renderer::new(scene, Scheme::Exact, period_s).expect_err("no time from tick to tick");
             assert!(matches!(error, SceneError::NoPeriod { .. }), "{error}");
         }
-    }
-
-    #[cfg(feature = "serde")]
-    #[test]
-    fn a_scene_file_reads_as_the_design_document_shows_it() {
-        let text = r#"
-            name = "simulated friction"
-            [block]
-            mass = 0.5
-            [coupling]
-            stiffness = 25000
-            damping = 10
-            [friction]
-            law = "karnopp"
-            static_force = { positive = 5.0, negative = 4 }
-            dynamic_force = 3.5
-        "#;
-        let scene: Scene = toml::from_str(text).expect("a scene");
-        assert_eq!(
-            scene.value(Parameter::StaticForce).map(|limit| limit.negative),
-            Some(4.0)
-        );
-        assert_eq!(scene.value(Parameter::Viscous), Some(Directional::both(0.0)));
-        let again: Scene = toml::from_str(&toml::to_string(&scene).expect("writes")).expect("reads");
-        assert_eq!(again, scene);
-        let json = serde_json::to_string(&scene).expect("writes");
-        assert_eq!(serde_json::from_str::<Scene>(&json).expect("reads"), scene);
-    }
-
-    #[cfg(feature = "serde")]
-    #[test]
-    fn a_scene_file_with_an_unknown_field_is_refused_by_its_name() {
-        let mut value = serde_json::to_value(Scene::paper()).expect("writes");
-        value["friction"]["colour"] = 1.into();
-        let error = serde_json::from_value::<Scene>(value).expect_err("no such field");
-        assert!(error.to_string().contains("colour"), "{error}");
     }
 }

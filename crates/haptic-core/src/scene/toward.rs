@@ -73,21 +73,4 @@ mod tests {
             Some(to.friction)
         );
     }
-
-    #[test]
-    fn between_two_laws_there_is_no_path() {
-        let viscous = Scene {
-            friction: crate::friction::Friction::Viscous(crate::friction::Viscous {
-                viscous: crate::Directional::both(1.0),
-            }),
-            ..Scene::paper()
-        };
-        assert_eq!(Scene::paper().toward(&viscous, 0.5), None);
-        let on_device = Scene {
-            block: None,
-            coupling: None,
-            ..Scene::paper()
-        };
-        assert_eq!(Scene::paper().toward(&on_device, 0.5), None);
-    }
 }

@@ -132,9 +132,17 @@ mod tests {
     fn a_long_ramp_has_a_bounded_number_of_steps_and_none_has_none() {
         assert!(matches!(ramped(10.0).transition, Transition::Steps(steps) if steps.count() == 250));
         assert!(matches!(ramped(0.0).transition, Transition::AtOnce));
-        let other = Scene::paper().with_law("viscous").expect("a law").expect("a scene");
-        let fading = CompiledScene::<f64>::ramped(&Scene::paper(), &other, 7, Scheme::Exact, 1e-3, 0.02)
-            .expect("both are valid");
-        assert!(matches!(fading.transition, Transition::Fade { over_s: 0.02 }));
+        // There is no path to another law, nor to a surface without a block.
+        let other_law = Scene::paper().with_law("viscous").expect("a law").expect("a scene");
+        let on_device = Scene {
+            block: None,
+            coupling: None,
+            ..Scene::paper()
+        };
+        for other in [other_law, on_device] {
+            let fading = CompiledScene::<f64>::ramped(&Scene::paper(), &other, 7, Scheme::Exact, 1e-3, 0.02)
+                .expect("both are valid");
+            assert!(matches!(fading.transition, Transition::Fade { over_s: 0.02 }));
+        }
     }
 }

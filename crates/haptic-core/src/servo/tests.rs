@@ -244,9 +244,7 @@ fn damaged_snapshot_is_refused_by_the_name_of_its_field() {
         let mut fields: BTreeMap<_, _> = snapshot.fields().collect();
         assert!(fields.remove(name).is_some(), "there is no {name}");
         fields.extend(value.map(|value| (name.into(), value)));
-        let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
-        let scene = Box::new(CompiledScene::<f64>::at_once(renderer, 1));
-        let servo = Servo::restored(SETTINGS, scene, None, &|name| fields.get(name).copied());
+        let servo = Servo::restored(SETTINGS, paper(), None, &|name| fields.get(name).copied());
         servo.expect_err("it is damaged").to_string()
     };
     assert_eq!(restored("limiter.last_N", None), "the snapshot lacks limiter.last_N");
@@ -286,11 +284,22 @@ fn every_build_gives_the_same_force_to_the_last_bit() {
     assert_eq!(digest, 0xbf5a_6024_3a13_ff1f, "{digest:#018x}");
 }
 
-fn soft(revision: u64, transition: Transition) -> Box<CompiledScene> {
+/// The paper's scene.
+fn paper() -> Box<CompiledScene> {
+    let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
+    Box::new(CompiledScene::at_once(renderer, 1))
+}
+
+/// The paper's scene with another stiffness, N/m.
+fn stiff(stiffness: f64) -> Renderer {
     let mut scene = Scene::paper();
-    scene.coupling.as_mut().expect("a coupling").stiffness = 100.0;
+    scene.coupling.as_mut().expect("a coupling").stiffness = stiffness;
+    Renderer::new(&scene, Scheme::Exact, 1e-3).expect("a valid scene")
+}
+
+fn soft(revision: u64, transition: Transition) -> Box<CompiledScene> {
     Box::new(CompiledScene {
-        renderer: Renderer::new(&scene, Scheme::Exact, 1e-3).expect("a valid scene"),
+        renderer: stiff(100.0),
         revision,
         transition,
     })

@@ -17,7 +17,6 @@ use crate::snapshot::Archive;
 #[derive(Clone, Copy, Debug)]
 pub struct AlphaBetaGamma {
     period_s: f64,
-    memory: f64,
     usual: Gains,
     position: f64,
     velocity: f64,
@@ -57,20 +56,12 @@ const FORGOTTEN: f64 = 1e-10;
 const AT_REST_MPS: f64 = 1e-15;
 
 impl AlphaBetaGamma {
-    /// The default filter for samples every `period_s` seconds (> 0).
+    /// The filter for samples every `period_s` seconds (> 0).
     #[must_use]
     pub fn new(period_s: f64) -> Self {
-        Self::with_memory(period_s, DEFAULT_MEMORY)
-    }
-
-    /// `memory` is `r` in `(0, 1)`, the share of the past that is left after `period_s` seconds:
-    /// towards 0 the filter trusts each sample alone, towards 1 the past.
-    #[must_use]
-    pub fn with_memory(period_s: f64, memory: f64) -> Self {
         Self {
             period_s,
-            memory,
-            usual: Gains::new(memory),
+            usual: Gains::new(DEFAULT_MEMORY),
             position: 0.0,
             velocity: 0.0,
             acceleration: 0.0,
@@ -108,7 +99,7 @@ impl AlphaBetaGamma {
         let Gains { alpha, beta, gamma } = if (periods - 1.0).abs() < ON_TIME {
             self.usual
         } else {
-            let left = powf(self.memory, periods);
+            let left = powf(DEFAULT_MEMORY, periods);
             if left < FORGOTTEN {
                 // What the past foretells over such a time has nothing to do with what came.
                 self.velocity = (position - self.position) / elapsed_s;
@@ -174,17 +165,5 @@ mod tests {
             estimate = filter.update(elapsed, 2.0 * t * t);
         }
         assert!((estimate - 4.0 * t).abs() < 1e-6, "{estimate} for {}", 4.0 * t);
-    }
-
-    #[test]
-    fn at_rest_it_comes_to_rest() {
-        let mut filter = AlphaBetaGamma::new(1e-3);
-        filter.update(1e-3, 0.0);
-        filter.update(1e-3, 1e-5);
-        let mut velocity = 1.0;
-        for _ in 0..300 {
-            velocity = filter.update(1e-3, 1e-5);
-        }
-        assert_eq!(velocity, 0.0);
     }
 }

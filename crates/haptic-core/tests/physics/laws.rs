@@ -106,39 +106,6 @@ fn limits_that_differ_by_direction_are_felt_by_direction() {
     }
 }
 
-/// Largest difference of force from one tick to the next while a slide slows down, ends and is
-/// pushed on.
-fn largest_step_at_the_end_of_a_slide(reseat: Reseat) -> f64 {
-    let law = Karnopp {
-        velocity_threshold: 0.01,
-        reseat: Some(reseat),
-        ..karnopp()
-    };
-    let mut surface = renderer(&on_device(Friction::Karnopp(law)));
-    drag(&mut surface, 0.02, 0.1);
-    let mut position = surface.state().device_position;
-    let mut last = surface.tick(T, position + 1e-4, 0.1).coupling_force;
-    let mut largest: f64 = 0.0;
-    for k in 0..100 {
-        let speed = 0.1 * (1.0 - f64::from(k) / 100.0);
-        position += speed * T;
-        let force = surface.tick(T, position, speed).coupling_force;
-        if surface.state().contact == Contact::Stuck {
-            largest = largest.max((force - last).abs());
-            break;
-        }
-        last = force;
-    }
-    largest
-}
-
-#[test]
-fn restick_force_step_depends_on_reseat_mode() {
-    assert!(largest_step_at_the_end_of_a_slide(Reseat::Continuous) < 1e-9);
-    // Fs - Fd.
-    assert!((largest_step_at_the_end_of_a_slide(Reseat::Slides) - 1.0).abs() < 1e-9);
-}
-
 #[test]
 fn slides_reseat_creates_energy_and_continuous_does_not() {
     let created = |reseat| {
@@ -269,31 +236,6 @@ fn fast_slide_is_sliding_however_low_kinetic_force() {
             friction.law(),
             surface.state()
         );
-    }
-}
-
-#[test]
-fn a_noisy_velocity_moves_no_position_based_contact() {
-    for friction in laws() {
-        // These go by displacement. LuGre's damping hears the velocity, and its deflection stays.
-        if !matches!(
-            friction,
-            Friction::Karnopp(_) | Friction::Dahl(_) | Friction::HaywardArmstrong(_)
-        ) {
-            continue;
-        }
-        let mut surface = renderer(&changed(&on_device(friction), &[("b", 0.0)]));
-        let held = *drag(&mut surface, 2e-4, 0.001).last().expect("ticks");
-        let position = surface.state().device_position;
-        for k in 0..10_000 {
-            let noise = if k % 3 == 0 { 0.01 } else { -0.005 };
-            let force = surface.tick(T, position, noise).coupling_force;
-            assert!(
-                (force - held).abs() < 1e-9,
-                "{}: {force} N, not {held} N",
-                friction.law()
-            );
-        }
     }
 }
 

@@ -1,11 +1,8 @@
 //! The block in the plane: against references of two solvers in 128-bit numbers, and by properties that need none.
 
 use crate::random::Random;
-use haptic_core::block::{BlockState, Contact, Coupling, EventSink};
-use haptic_core::friction::{Friction, Karnopp};
+use haptic_core::block::{Contact, Coupling, EventSink};
 use haptic_core::planar::{IsotropicKarnopp, PlanarBlock, PlanarState, Plane};
-use haptic_core::scene::Block;
-use haptic_core::{Directional, Renderer, Scene, Scheme};
 use std::path::Path;
 
 const T: f64 = 1e-3;
@@ -255,42 +252,6 @@ fn turned_or_cut_into_ten_a_tick_gives_the_same_force() {
     println!("{exhausted} of {ticks} ticks exhausted, {sensitive} of {seeds} scenes above 1e-10 N");
     assert!(share <= MAX_SENSITIVE_SHARE.max(1.0 / f64::from(seeds)), "{share}");
     assert!(f64::from(exhausted) < 1e-3 * f64::from(ticks), "{exhausted} of {ticks}");
-}
-
-#[test]
-fn a_line_in_the_plane_is_the_tick_of_one_axis() {
-    for seed in 0..test_run::extent(200_u64, 1000) {
-        let mut random = random(seed);
-        let case = random_case(&mut random);
-        let mut hand = Hand::random(&mut random, &case);
-        hand.kind = 1;
-        let angle = random.between(0.0, 6.0);
-        let along = turned(Plane::new(1.0, 0.0), angle);
-        let friction = case.friction;
-        let mut karnopp = Karnopp::new(friction.static_force, friction.dynamic_force);
-        karnopp.viscous = Directional::both(friction.viscous);
-        karnopp.velocity_threshold = friction.velocity_threshold;
-        let scene = Scene {
-            block: Some(Block { mass: case.mass }),
-            coupling: Some(case.coupling()),
-            friction: Friction::Karnopp(karnopp),
-            ..Scene::light_block()
-        };
-        let mut line = Renderer::new(&scene, Scheme::Exact, T).expect("a scene");
-        let (position, velocity) = hand.at(0.0);
-        line.set_state(BlockState::new(position.x, 0.0, position.x, velocity.x));
-        let mut plane = case.block(along * position.x, (along * position.x, along * velocity.x));
-        for tick in 1..=600 {
-            let (position, velocity) = hand.at(f64::from(tick) * T);
-            line.tick(T, position.x, velocity.x);
-            plane.tick(T, along * position.x, along * velocity.x, &mut ());
-            let apart = (plane.state().position - along * line.state().position).length();
-            assert!(
-                apart <= 1e-12,
-                "seed {seed}, tick {tick}: {apart:e} m, {case:?}, {hand:?}"
-            );
-        }
-    }
 }
 
 #[test]

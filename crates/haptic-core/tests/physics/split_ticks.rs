@@ -9,9 +9,9 @@ use crate::explore::{Meter, T};
 use crate::random::Random;
 use crate::random_laws::friction;
 use haptic_core::block::{BlockState, Contact};
-use haptic_core::friction::{Friction, Karnopp, LAWS, Lugre};
+use haptic_core::friction::{Friction, Karnopp, LAWS};
 use haptic_core::scene::{Block, Coupling};
-use haptic_core::{Directional, Renderer, Scene, Scheme};
+use haptic_core::{Renderer, Scene, Scheme};
 
 /// Difference of forces, N, beyond which a tick is wrong.
 const TOLERANCE_N: f64 = 1e-9;
@@ -206,35 +206,5 @@ fn brief_stop_within_a_tick_on_stribeck_curve_is_found() {
     assert!(
         times.len() == 2 && (times[0] - 0.497e-3).abs() < 1e-6 && (times[1] - 0.576e-3).abs() < 1e-6,
         "a stop and a breakaway: {times:?}"
-    );
-}
-
-#[test]
-fn a_damped_bristle_under_a_vibrating_hand_is_followed() {
-    let friction = Friction::Lugre(Lugre {
-        static_force: Directional::both(3.5),
-        dynamic_force: Directional::both(3.5),
-        stribeck_velocity: 0.0,
-        contact_stiffness: 1e5,
-        contact_damping: 100.0,
-        viscous: Directional::both(20.0),
-    });
-    let scene = crate::explore::behind_block(friction, 0.5);
-    let mut block = crate::explore::renderer(&scene);
-    let omega = std::f64::consts::TAU * 60.0;
-    let hand = |tick: u32| {
-        let phase = omega * f64::from(tick) * T;
-        (0.002 * (1.0 - phase.cos()), 0.002 * omega * phase.sin())
-    };
-    let mut found = Found::default();
-    for tick in 1..300 {
-        found.tick(&mut block, T, [hand(tick - 1), hand(tick)], &scene);
-    }
-    println!("{:.1e} N", found.worst_n);
-    assert!(
-        found.worst_n < TOLERANCE_N,
-        "{} N, {}",
-        found.worst_n,
-        found.where_worst
     );
 }

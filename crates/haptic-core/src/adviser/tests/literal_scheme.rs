@@ -62,15 +62,6 @@ fn literal(substeps: u32) -> Scheme {
 }
 
 #[test]
-fn each_direction_brakes_its_own_step_of_the_cycle() {
-    let scene = scene(&[("Fs+", 4.0), ("Fd+", 4.0), ("Fs-", 1.0), ("Fd-", 1.0)]);
-    let (speed, _) = predicted(&scene, Scheme::LITERAL);
-    assert!((speed - 2.5 / 4.0 * 4.0921e-3).abs() < 5e-8, "{speed}");
-    let (simulated, _) = trembles(&scene, Scheme::LITERAL, (0.0, 0.3));
-    assert!((simulated / speed - 1.0).abs() < 1e-6, "{simulated} for {speed}");
-}
-
-#[test]
 fn a_threshold_ends_the_cycle_only_from_its_speed_on() {
     for (threshold, trembling) in [(4.0e-3, true), (4.2e-3, false)] {
         let scene = scene(&[("Fs", 4.0), ("Fd", 4.0), ("DV", threshold)]);
@@ -78,26 +69,6 @@ fn a_threshold_ends_the_cycle_only_from_its_speed_on() {
         // From the cycle itself.
         let (simulated, _) = trembles(&scene, Scheme::LITERAL, (0.5 * T * 4.0921e-3, 4.0921e-3));
         assert_eq!(simulated > 0.0, trembling, "{threshold}: {simulated}");
-    }
-}
-
-#[test]
-fn an_even_number_of_steps_hides_the_ripple() {
-    let scene = scene(&[("Fs", 4.0), ("Fd", 4.0)]);
-    for (substeps, felt) in [(1, true), (2, false), (3, true), (10, false)] {
-        let ((speed, ripple), (fastest, span)) = (
-            predicted(&scene, literal(substeps)),
-            trembles(&scene, literal(substeps), (0.0, 0.3)),
-        );
-        assert!(
-            (fastest / speed - 1.0).abs() < 1e-3,
-            "{substeps}: {fastest} for {speed}"
-        );
-        assert_eq!(ripple > 0.0, felt, "{substeps}");
-        assert!(
-            (span - ripple).abs() < 1e-3 * span.max(1e-3),
-            "{substeps}: {span} for {ripple}"
-        );
     }
 }
 

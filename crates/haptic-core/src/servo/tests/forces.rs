@@ -13,13 +13,6 @@ fn assert_near(found: f64, expected: f64, what: &str) {
     assert!((found - expected).abs() < 1e-9, "{what}: {found}, expected {expected}");
 }
 
-/// The paper's scene with another stiffness, N/m.
-fn stiff(stiffness: f64) -> Renderer {
-    let mut scene = Scene::paper();
-    scene.coupling.as_mut().expect("a coupling").stiffness = stiffness;
-    Renderer::new(&scene, Scheme::Exact, TICK_S).expect("a valid scene")
-}
-
 /// The coupling force of a step, which is that of a scene alone under the same hand, N.
 fn felt(outputs: &Outputs, alone: &mut Renderer) -> f64 {
     let force = ticked(outputs, alone);

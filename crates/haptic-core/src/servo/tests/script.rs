@@ -45,9 +45,8 @@ pub(super) const SPEED_MPS: f64 = 0.1;
 
 impl Script {
     pub(super) fn new(settings: Settings) -> Self {
-        let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
         Self {
-            servo: Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1))),
+            servo: Servo::new(settings, paper()),
             sample: Measurement::new(0, 0, 0.0),
             device_force_limit_n: f64::INFINITY,
             device_resolution_m: 0.0,

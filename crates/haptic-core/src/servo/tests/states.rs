@@ -5,8 +5,6 @@ use super::script::{PLAIN, SPEED_MPS};
 use super::*;
 use crate::sample::ErrorCode;
 use crate::sample_clock::ClockError;
-use alloc::collections::BTreeSet;
-use alloc::string::{String, ToString};
 
 const STOP_BUTTON: u8 = 1 << 2;
 const ENABLE_BUTTON: u8 = 1 << 5;
@@ -243,9 +241,7 @@ fn clock_in_doubt_without_force_is_named_for_a_second() {
         // Another servo goes on with it. A line has no workspace to be outside of.
         let fields: BTreeMap<_, _> = script.servo.snapshot().expect("a scene's").fields().collect();
         assert!(!fields.keys().any(|name| name.ends_with("outside_s")));
-        let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
-        let scene = Box::new(CompiledScene::<f64>::at_once(renderer, 1));
-        let other = Servo::restored(PLAIN, scene, None, &|name| fields.get(name).copied()).expect("all fields");
+        let other = Servo::restored(PLAIN, paper(), None, &|name| fields.get(name).copied()).expect("all fields");
         assert_eq!(other.clock_error(), named);
         script.go_on(1001);
         assert_eq!(script.servo.clock_error(), None);
@@ -421,42 +417,4 @@ fn a_motor_of_a_slow_rig_has_three_periods_to_go_off() {
         assert_eq!((k, step(&mut script)), (k, None));
     }
     assert_eq!(step(&mut script), Some(Fault::StillEnabled));
-}
-
-#[test]
-fn faults_states_and_commands_say_what_they_are() {
-    for (fault, word) in [
-        (Fault::NonFiniteForce, "force"),
-        (Fault::NonFinitePosition, "position"),
-        (Fault::TooFast, "speed limit"),
-        (Fault::TooLate, "late policy"),
-        (Fault::Stale, "no new sample"),
-        (Fault::Jump, "jumped"),
-        (Fault::MotorOff { watchdog: false }, "switched its motor off"),
-        (Fault::MotorOff { watchdog: true }, "watchdog"),
-        (Fault::Device(ErrorCode::Sensor.into()), "sensor"),
-        (Fault::DeviceClock(ClockError::StoodStill), "device_clock"),
-        (Fault::Stalled, "stalled"),
-        (Fault::ControlLost, "control_lost"),
-        (Fault::StopButton, "stop_button"),
-        (Fault::StillEnabled, "cut its power"),
-    ] {
-        assert!(fault.to_string().contains(word), "{fault}");
-    }
-    let other = Fault::MotorOff { watchdog: false };
-    let messages: BTreeSet<String> = Fault::KINDS.iter().chain([&other]).map(ToString::to_string).collect();
-    assert_eq!(
-        messages.len(),
-        Fault::KINDS.len() + 1,
-        "each says something of its own: {messages:?}"
-    );
-    let states: Vec<String> = RigState::ALL.iter().map(ToString::to_string).collect();
-    assert_eq!(
-        states.join(" "),
-        "disconnected idle engaging engaged releasing stopped faulted"
-    );
-    let live: Vec<bool> = RigState::ALL.iter().map(|state| state.is_live()).collect();
-    assert_eq!(live, [false, false, true, true, true, false, false]);
-    let commands = [Command::Engage, Command::Release, Command::Reset].map(Command::name);
-    assert_eq!(commands, ["engage", "release", "reset"]);
 }
