@@ -3,36 +3,19 @@
 
 use crate::failure::Failure;
 use crate::{output, progress};
-use clap::Args;
 use haptic_lab::accuracy::{self, Extent, LawMeasurement, Measurement, PlaneMeasurement, cases};
 use serde_json::{Value, json};
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
 
-#[derive(Debug, Args)]
-pub(crate) struct Arguments {
-    /// Folder for the page accuracy.html, its plot, and the tables (JSON, CSV)
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-}
-
-pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
+pub(crate) fn run(as_json: bool) -> Result<(), Failure> {
     let cases = measured_cases(as_json)?;
     let laws = measured_laws()?;
     let plane = accuracy::measure_plane(None).map_err(|error| Failure::Usage(error.to_string()))?;
-    let values = json!({
-        "laws": laws.iter().map(law_value).collect::<Value>(),
-        "cases": cases.iter().map(value).collect::<Value>(),
-        "plane": plane.iter().map(plane_value).collect::<Value>(),
-    });
-    if let Some(directory) = &arguments.out {
-        let page = accuracy::page(&laws, &cases, &plane);
-        write(directory, &laws, &cases, &values, &page)
-            .map_err(|error| Failure::Usage(format!("{}: {error}", directory.display())))?;
-    }
     if as_json {
-        return output::json(&values);
+        return output::json(&json!({
+            "laws": laws.iter().map(law_value).collect::<Value>(),
+            "cases": cases.iter().map(value).collect::<Value>(),
+            "plane": plane.iter().map(plane_value).collect::<Value>(),
+        }));
     }
     output::line("")?;
     show_laws(&laws)?;
@@ -208,20 +191,4 @@ fn value(measurement: &Measurement) -> Value {
         "energy_created_J": measurement.energy_created_j,
         "blew_up": measurement.blew_up,
     })
-}
-
-fn write(
-    directory: &Path,
-    laws: &[LawMeasurement],
-    cases: &[Measurement],
-    values: &Value,
-    page: &str,
-) -> std::io::Result<()> {
-    std::fs::create_dir_all(directory)?;
-    let create = |name: &str| Ok::<_, std::io::Error>(BufWriter::new(File::create(directory.join(name))?));
-    accuracy::write_csv(cases, create("cases.csv")?)?;
-    accuracy::write_law_csv(laws, create("laws.csv")?)?;
-    std::fs::write(directory.join("accuracy.json"), format!("{values:#}\n"))?;
-    std::fs::write(directory.join("speed-vs-error.svg"), accuracy::plot(laws))?;
-    std::fs::write(directory.join("accuracy.html"), page)
 }

@@ -3,8 +3,8 @@
 use crate::change::ChangeArguments;
 use crate::failure::Failure;
 use crate::{
-    accuracy, advise, change, commission, compare, describe, devices, drive, generated, get, hint, identify, lease,
-    log, raw, record, recording, replay, scene, schedule, set, simulate, study, surface, wait,
+    advise, change, commission, compare, describe, devices, drive, generated, get, hint, identify, lease, log, raw,
+    record, recording, replay, scene, schedule, set, simulate, study, surface, wait,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use haptic_ipc::Request;
@@ -137,7 +137,7 @@ pub(crate) enum Command {
     #[command(after_help = "Example:\n  haptic-ctl simulate lugre --motion hand.csv --out felt.csv")]
     Simulate(simulate::Arguments),
     /// Measure cost and error of each scheme, on easy and hard scenes
-    Accuracy(accuracy::Arguments),
+    Accuracy,
     /// Compare the recording of a rendered surface with the real one
     #[command(after_help = compare::HELP)]
     Compare(compare::Arguments),

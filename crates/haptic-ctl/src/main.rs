@@ -127,7 +127,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Recording(recording) => return recording::run(recording, json),
         Command::Replay(replay) => return replay::run(socket, replay, json).await,
         Command::Simulate(simulate) => return simulate::run(socket, simulate, json).await,
-        Command::Accuracy(accuracy) => return accuracy::run(accuracy, json),
+        Command::Accuracy => return accuracy::run(json),
         Command::Identify(arguments) if arguments.is_offline() => return identify::run_offline(arguments, json),
         Command::Advise(arguments) => {
             if let Some(speed) = arguments.at_speed {
