@@ -6,10 +6,8 @@
 //! runs [`measured_ticks`] for one thing after another, and reads one total for each.
 
 mod callgrind;
-mod scenes;
 
 pub use callgrind::{CountError, count};
-pub use scenes::{excitations, scenes};
 
 use crate::accuracy::cases::{self, Case, OscillatingHand};
 use crate::accuracy::{
@@ -18,7 +16,7 @@ use crate::accuracy::{
 use crate::motion::{DeviceSample, median_period_s};
 use crate::simulate::{Start, renderer};
 use haptic_core::planar::Plane;
-use haptic_core::{BoundError, Excitation, OwnMotion, Renderer, SceneError, Scheme};
+use haptic_core::{BoundError, Course, Excitation, OwnMotion, Renderer, SceneError, Scheme};
 use std::fmt;
 use std::str::FromStr;
 
@@ -30,8 +28,7 @@ fn begun(excitation: Excitation, motion: &[DeviceSample]) -> Result<OwnMotion, B
     Ok(own)
 }
 
-/// The hand that the table's scenes are rendered for: to and fro for two seconds, with every stop
-/// and breakaway in it.
+/// The hand under which the excitations run: to and fro for two seconds.
 #[must_use]
 pub fn hand() -> Vec<DeviceSample> {
     OscillatingHand {
@@ -80,15 +77,11 @@ pub fn measured_ticks(what: Measured<'_>) {
 /// What a probe runs through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Probe {
-    /// The table's scenes.
-    Scenes,
-    /// The excitations.
-    Excitations,
     /// Every case of the work-precision measurement with every scheme.
     Cases,
     /// Every law under every hand with every scheme.
     Hands,
-    /// Every law on [`INSTRUCTIONS_ON`] with the exact scheme.
+    /// Every law on [`INSTRUCTIONS_ON`] with the exact scheme, then the excitations.
     Limits,
     /// Every motion in the plane with every scheme of it.
     Plane,
@@ -97,8 +90,6 @@ pub enum Probe {
 impl fmt::Display for Probe {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Scenes => "scenes",
-            Self::Excitations => "excitations",
             Self::Cases => "cases",
             Self::Hands => "hands",
             Self::Limits => "limits",
@@ -112,14 +103,7 @@ impl FromStr for Probe {
 
     /// Reads what [`fmt::Display`] writes.
     fn from_str(text: &str) -> Result<Self, String> {
-        let all = [
-            Self::Scenes,
-            Self::Excitations,
-            Self::Cases,
-            Self::Hands,
-            Self::Limits,
-            Self::Plane,
-        ];
+        let all = [Self::Cases, Self::Hands, Self::Limits, Self::Plane];
         let names = || all.map(|probe| probe.to_string()).join(", ");
         all.into_iter()
             .find(|probe| probe.to_string() == text)
@@ -134,22 +118,6 @@ impl Probe {
     /// A scene cannot be rendered.
     pub fn run(self) -> Result<(), SceneError> {
         match self {
-            Self::Scenes => {
-                let motion = hand();
-                for (_, scene) in scenes() {
-                    let mut renderer = renderer(&scene, Scheme::Exact, &motion, Start::default())?;
-                    measured_ticks(Measured::Scene(&mut renderer, &motion));
-                }
-            }
-            Self::Excitations => {
-                let motion = hand();
-                for (_, excitation) in excitations() {
-                    // They are bounded, which a test runs through.
-                    if let Ok(mut own) = begun(excitation, &motion) {
-                        measured_ticks(Measured::MotionFile(&mut own, &motion));
-                    }
-                }
-            }
             Self::Cases => {
                 for Case {
                     scene, motion, start, ..
@@ -182,6 +150,13 @@ impl Probe {
                     let mut renderer = renderer(&case.scene, Scheme::Exact, &case.motion, Start::default())?;
                     measured_ticks(Measured::Scene(&mut renderer, &case.motion));
                 }
+                let motion = hand();
+                for (_, excitation) in excitations() {
+                    // They are bounded, which a test runs through.
+                    if let Ok(mut own) = begun(excitation, &motion) {
+                        measured_ticks(Measured::MotionFile(&mut own, &motion));
+                    }
+                }
             }
         }
         Ok(())
@@ -196,15 +171,53 @@ pub fn limited_cases() -> Vec<(usize, LawCase)> {
         .filter_map(|case| {
             let place = INSTRUCTIONS_ON
                 .iter()
-                .position(|&(hand, mass_kg)| case.hand == hand && case.mass_kg == Some(mass_kg))?;
+                .position(|&(hand, mass_kg)| case.hand == hand && case.mass_kg == mass_kg)?;
             Some((place, case))
         })
         .collect()
 }
 
+/// The excitations by which a rig is identified, within bounds that the table's hand keeps.
+#[must_use]
+pub fn excitations() -> Vec<(&'static str, Excitation)> {
+    let along = |course| Excitation {
+        course,
+        force_limit_n: 20.0,
+        slew_limit_n_per_s: 2000.0,
+        stiffness_n_per_m: 1000.0,
+        damping_ns_per_m: 20.0,
+        travel_limit_m: 0.25,
+        speed_limit_mps: 0.5,
+        lag_limit_m: 0.25,
+        wrong_way_limit_m: 0.25,
+    };
+    vec![
+        (
+            "excitation along a chirp",
+            along(Course::Chirp {
+                amplitude_m: 0.005,
+                from_hz: 0.5,
+                to_hz: 3.0,
+                duration_s: 12.0,
+            }),
+        ),
+        (
+            "excitation along a sweep",
+            along(Course::Sweep {
+                travel_m: 0.02,
+                speed_mps: 0.01,
+                rounds: 1,
+            }),
+        ),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::accuracy::hands;
+    use haptic_core::friction::{Friction, Karnopp};
+    use haptic_core::{Directional, Scene};
 
     #[test]
     fn excitation_lasts_through_the_measured_motion() {
@@ -219,27 +232,35 @@ mod tests {
     #[test]
     fn a_scene_keeps_no_bytes_for_what_it_lacks() {
         let motion = &hand()[..2];
-        let bytes: Vec<(&str, usize)> = scenes()
-            .iter()
-            .map(|(name, scene)| {
-                let renderer = renderer(scene, Scheme::Exact, motion, Start::default()).expect("a valid scene");
-                (*name, renderer.state_bytes())
-            })
-            .collect();
-        println!("{bytes:?}");
-        let of = |wanted: &str| {
-            bytes
-                .iter()
-                .find(|(name, _)| *name == wanted)
-                .map(|(_, bytes)| *bytes)
-                .expect("in the table")
+        let of = |scene: Scene| {
+            let renderer = renderer(&scene, Scheme::Exact, motion, Start::default());
+            renderer.expect("a valid scene").state_bytes()
         };
-        assert!(of("viscous on the device") <= 32);
-        assert!(of("Dahl on the device") < of("viscous behind a block"));
-        assert!(of("viscous behind a block") < of("Karnopp behind a block"));
+        let named = |law: &str| {
+            let mut laws = hands::laws_under_hands().into_iter();
+            laws.find(|(name, _)| *name == law).expect("a law of the table").1
+        };
+        let behind = |friction| of(hands::behind_block(friction, 0.5));
+        let karnopp = Karnopp::new(4.0, 3.5);
+        let asymmetric = Karnopp {
+            dynamic_force: Directional::new(3.5, 3.0),
+            ..karnopp
+        };
+        let of_karnopp = |law| behind(Friction::Karnopp(law));
+        assert!(of(hands::on_device(named("viscous"))) <= 32);
+        assert!(of(hands::on_device(named("dahl"))) < behind(named("viscous")));
+        assert!(behind(named("viscous")) < of_karnopp(karnopp));
         // The second direction is a second oscillator with its propagator.
-        assert!(of("Karnopp behind a block") + 100 < of("the same, asymmetric"));
-        assert_eq!(of("asymmetric with rising Fs"), of("the same, asymmetric") + 16);
-        assert_eq!(of("the same with DV"), of("Karnopp behind a block"));
+        assert!(of_karnopp(karnopp) + 100 < of_karnopp(asymmetric));
+        let rising = Karnopp {
+            rising_rate: 10.0,
+            ..asymmetric
+        };
+        assert_eq!(of_karnopp(rising), of_karnopp(asymmetric) + 16);
+        let with_threshold = Karnopp {
+            velocity_threshold: 0.01,
+            ..karnopp
+        };
+        assert_eq!(of_karnopp(with_threshold), of_karnopp(karnopp));
     }
 }
