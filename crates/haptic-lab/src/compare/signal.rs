@@ -3,7 +3,7 @@
 use super::error::{CompareError, Side};
 use crate::gaps::in_gaps;
 use crate::identify::Record;
-use crate::motion::between;
+use crate::motion::{between, places};
 use crate::smoothing::{HALF_WINDOW_S, encoder_step, less_inertia, velocity};
 use haptic_motion::median::extent;
 
@@ -178,17 +178,7 @@ pub(super) const fn count_of(count: usize) -> f64 {
 
 /// Values at other times, by straight lines.
 fn resampled(t_s: &[f64], values: &[f64], times: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut after = 1;
-    times
-        .map(|t| {
-            while after + 1 < t_s.len() && t_s[after] < t {
-                after += 1;
-            }
-            let from = after - 1;
-            let share = (t - t_s[from]) / (t_s[after] - t_s[from]);
-            between(values, (from, share.clamp(0.0, 1.0)))
-        })
-        .collect()
+    places(t_s, times).map(|place| between(values, place)).collect()
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@
 use super::result::Interval;
 use crate::robust_fit::NORMAL_95;
 use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// Bins over the travel of the sweep.
@@ -238,9 +238,10 @@ fn refined(turns: f64, left: impl Fn(f64) -> f64) -> f64 {
 
 /// A least-squares fit.
 struct Fit {
-    coefficients: [f64; COEFFICIENTS],
+    /// Levels and harmonics.
+    coefficients: DVector<f64>,
     /// The diagonal of the inverse of the normal matrix.
-    spread: [f64; COEFFICIENTS],
+    spread: DVector<f64>,
     /// Sum of the squares that are left.
     left: f64,
 }
@@ -248,49 +249,25 @@ struct Fit {
 /// Levels and harmonics of a period, m; levels alone of an infinite one.
 fn fit(bins: &[Bin], period_m: f64) -> Option<Fit> {
     let count = if period_m.is_finite() { COEFFICIENTS } else { LEVELS };
-    let row = |bin: &Bin| {
-        let mut row = [0.0; COEFFICIENTS];
-        row[bin.direction] = 1.0;
-        for (k, pair) in row[LEVELS..count].chunks_mut(2).enumerate() {
-            let (sine, cosine) = (TAU * (k + 1) as f64 * bin.position_m / period_m).sin_cos();
-            pair.copy_from_slice(&[cosine, sine]);
-        }
-        row
-    };
-    let mut normal = [[0.0; COEFFICIENTS]; COEFFICIENTS];
-    let mut right = [0.0; COEFFICIENTS];
-    for bin in bins {
-        let row = row(bin);
-        for i in 0..count {
-            for j in 0..count {
-                normal[i][j] += row[i] * row[j];
-            }
-            right[i] += row[i] * bin.force_n;
-        }
-    }
-    let lu = DMatrix::from_fn(count, count, |i, j| normal[i][j]).lu();
+    let design = DMatrix::from_fn(bins.len(), count, |row, column| {
+        let bin = &bins[row];
+        let Some(harmonic) = column.checked_sub(LEVELS) else {
+            return if bin.direction == column { 1.0 } else { 0.0 };
+        };
+        let (sine, cosine) = (TAU * (harmonic / 2 + 1) as f64 * bin.position_m / period_m).sin_cos();
+        [cosine, sine][harmonic % 2]
+    });
+    let forces = DVector::from_iterator(bins.len(), bins.iter().map(|bin| bin.force_n));
+    let lu = design.tr_mul(&design).lu();
     if lu.u().diagonal().amin() < MIN_PIVOT {
         return None;
     }
     let inverse = lu.try_inverse()?;
-    let mut coefficients = [0.0; COEFFICIENTS];
-    let mut spread = [0.0; COEFFICIENTS];
-    for i in 0..count {
-        coefficients[i] = (0..count).map(|j| inverse[(i, j)] * right[j]).sum();
-        spread[i] = inverse[(i, i)];
-    }
-    let left = bins
-        .iter()
-        .map(|bin| {
-            let row = row(bin);
-            let fitted: f64 = (0..count).map(|i| row[i] * coefficients[i]).sum();
-            (bin.force_n - fitted).powi(2)
-        })
-        .sum();
+    let coefficients = &inverse * design.tr_mul(&forces);
     Some(Fit {
+        left: (forces - design * &coefficients).norm_squared(),
+        spread: inverse.diagonal(),
         coefficients,
-        spread,
-        left,
     })
 }
 

@@ -3,6 +3,7 @@
 //! Beside them the record of motion and force, how far an identification is, and why nothing can be identified at all.
 
 use super::result::ModelKind;
+use crate::motion::{between, places};
 use std::ops::ControlFlow;
 use thiserror::Error;
 
@@ -217,17 +218,9 @@ impl Clocks {
 pub(super) fn without_drift(record: &Record, drift_ppm: f64) -> Record {
     let (t, last) = (&record.t_s, record.t_s.len() - 1);
     let middle_s = f64::midpoint(t[0], t[last]);
-    let mut left = 0;
-    let force_n = t.iter().map(|t_s| {
-        let at_s = (t_s + 1e-6 * drift_ppm * (t_s - middle_s)).clamp(t[0], t[last]);
-        while left + 1 < last && t[left + 1] <= at_s {
-            left += 1;
-        }
-        let share = (at_s - t[left]) / (t[left + 1] - t[left]);
-        record.force_n[left] + share * (record.force_n[left + 1] - record.force_n[left])
-    });
+    let there = t.iter().map(|t_s| t_s + 1e-6 * drift_ppm * (t_s - middle_s));
     Record {
-        force_n: force_n.collect(),
+        force_n: places(t, there).map(|place| between(&record.force_n, place)).collect(),
         ..record.clone()
     }
 }

@@ -7,6 +7,7 @@ use super::errors::Errors;
 use super::laws::{Course, PathLaw};
 use super::path::Path;
 use super::weak::TestFunctions;
+use crate::motion;
 use crate::stats::mean::rms;
 use haptic_motion::median::extent;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -103,24 +104,9 @@ impl Rows {
 
     /// Values of the rows at each of a number of samples, along straight lines between the middles of the rows.
     pub(crate) fn at_samples(&self, values: &[f64], samples: usize) -> Vec<f64> {
-        let middle = |row: usize| self.middle(row) as f64;
-        let mut after = 0;
-        (0..samples)
-            .map(|sample| {
-                let at = sample as f64;
-                while after < values.len() && middle(after) < at {
-                    after += 1;
-                }
-                match (after.checked_sub(1), values.get(after)) {
-                    (Some(before), Some(next)) => {
-                        let share = (at - middle(before)) / (middle(after) - middle(before));
-                        values[before] + share * (next - values[before])
-                    }
-                    (Some(before), None) => values[before],
-                    (None, next) => next.copied().unwrap_or(0.0),
-                }
-            })
-            .collect()
+        let middles: Vec<f64> = self.functions.middles.iter().map(|&middle| middle as f64).collect();
+        let places = motion::places(&middles, (0..samples).map(|sample| sample as f64));
+        places.map(|place| motion::between(values, place)).collect()
     }
 }
 

@@ -1,6 +1,15 @@
 //! Records whose motion and force were taken by two clocks.
 
 use super::*;
+use crate::motion::{between, places};
+
+fn found_on(clocks: Clocks, record: &Record) -> Identified {
+    let options = Options {
+        clocks,
+        ..Options::new(ModelKind::Karnopp)
+    };
+    identify(record, &options).expect("a record")
+}
 
 #[test]
 fn clocks_that_differ_are_aligned_and_the_shift_reported() {
@@ -9,11 +18,7 @@ fn clocks_that_differ_are_aligned_and_the_shift_reported() {
         let mut late = truth.clone();
         // The force is stamped this number of samples later than it was.
         late.force_n.rotate_right(samples);
-        let options = Options {
-            clocks: Clocks::Delayed,
-            ..Options::new(ModelKind::Karnopp)
-        };
-        let found = identify(&late, &options).expect("a record");
+        let found = found_on(Clocks::Delayed, &late);
         let shift_s = samples as f64 * 1e-3;
         assert!(
             (found.shift_s - shift_s).abs() < 5e-4,
@@ -31,21 +36,12 @@ fn clocks_that_differ_are_aligned_and_the_shift_reported() {
 fn by_another_clock(truth: &Record, shift_s: f64, drift_ppm: f64) -> Record {
     let (t, last) = (&truth.t_s, truth.t_s.len() - 1);
     let middle_s = f64::midpoint(t[0], t[last]);
-    let period_s = (t[last] - t[0]) / last as f64;
     // What was stamped t by the force's clock was there at this time.
-    let force_at = |t_s: f64| {
-        let there_s = middle_s + (t_s - shift_s - middle_s) / (1.0 + 1e-6 * drift_ppm);
-        let place = ((there_s - t[0]) / period_s).clamp(0.0, last as f64 - 1e-6);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a sample of the record"
-        )]
-        let (left, share) = (place as usize, place.fract());
-        truth.force_n[left] + share * (truth.force_n[left + 1] - truth.force_n[left])
-    };
+    let there = t
+        .iter()
+        .map(|t_s| middle_s + (t_s - shift_s - middle_s) / (1.0 + 1e-6 * drift_ppm));
     Record {
-        force_n: t.iter().map(|t_s| force_at(*t_s)).collect(),
+        force_n: places(t, there).map(|place| between(&truth.force_n, place)).collect(),
         ..truth.clone()
     }
 }
@@ -53,15 +49,8 @@ fn by_another_clock(truth: &Record, shift_s: f64, drift_ppm: f64) -> Record {
 #[test]
 fn a_clock_that_drifts_is_reported_with_its_shift_and_removed() {
     let truth = record(alike(), 4);
-    let of = |record: &Record, clocks| {
-        let options = Options {
-            clocks,
-            ..Options::new(ModelKind::Karnopp)
-        };
-        identify(record, &options).expect("a record")
-    };
     for (shift_s, drift_ppm) in [(0.012, 400.0), (-0.2, -500.0)] {
-        let found = of(&by_another_clock(&truth, shift_s, drift_ppm), Clocks::Two);
+        let found = found_on(Clocks::Two, &by_another_clock(&truth, shift_s, drift_ppm));
         let reported = found.clock_drift_ppm.expect("it drifts");
         assert!(
             (reported - drift_ppm).abs() < 60.0,
@@ -76,10 +65,14 @@ fn a_clock_that_drifts_is_reported_with_its_shift_and_removed() {
         );
         held(&found, 0.5, &alike(), 0.0, 2.0);
     }
-    assert_eq!(of(&truth, Clocks::Two).clock_drift_ppm, None, "clocks that run alike");
+    assert_eq!(
+        found_on(Clocks::Two, &truth).clock_drift_ppm,
+        None,
+        "clocks that run alike"
+    );
     // What is known is not looked for.
     let late = by_another_clock(&truth, 0.1, 0.0);
-    let given = of(&late, Clocks::Shifted(0.1));
+    let given = found_on(Clocks::Shifted(0.1), &late);
     assert_eq!((given.shift_s, given.clock_drift_ppm), (0.1, None));
     held(&given, 0.5, &alike(), 0.0, 2.0);
 }
@@ -94,11 +87,7 @@ fn a_steady_motion_says_nothing_of_two_clocks() {
         *force = 3.5 + 0.1 * noise();
     }
     for clocks in [Clocks::Delayed, Clocks::Two] {
-        let options = Options {
-            clocks,
-            ..Options::new(ModelKind::Karnopp)
-        };
-        let found = identify(&steady, &options).expect("a record");
+        let found = found_on(clocks, &steady);
         assert_eq!((found.shift_s, found.clock_drift_ppm), (0.0, None), "{found:#?}");
         let refusal = found.refused.iter().find(|refusal| refusal.parameter == "shift_s");
         let reason = &refusal.expect("the shift is refused").reason;
@@ -115,26 +104,19 @@ fn a_steady_motion_says_nothing_of_two_clocks() {
 fn single_file_is_not_shifted_but_a_better_shift_is_noted() {
     let mut late = record(alike(), 1);
     late.force_n.rotate_right(4);
-    let found = |clocks| {
-        let options = Options {
-            clocks,
-            ..Options::new(ModelKind::Karnopp)
-        };
-        identify(&late, &options).expect("a record")
-    };
-    let as_it_is = found(Clocks::OneFile);
+    let as_it_is = found(&late);
     assert_eq!((as_it_is.shift_s, as_it_is.intervals.get("shift_s")), (0.0, None));
     assert!(
         says(&as_it_is, "--shift-ms auto") && says(&as_it_is, "One of 4."),
         "{:?}",
         as_it_is.notes
     );
-    let delayed = found(Clocks::Delayed);
+    let delayed = found_on(Clocks::Delayed, &late);
     assert!((delayed.shift_s - 4e-3).abs() < 5e-4);
     // Between two samples nothing is known.
     let [low_s, high_s] = delayed.intervals["shift_s"];
     assert!(high_s - low_s >= 0.3e-3, "{low_s} to {high_s}");
-    assert!(!says(&self::found(&record(alike(), 1)), "--shift-ms"));
+    assert!(!says(&found(&record(alike(), 1)), "--shift-ms"));
 }
 
 #[test]
@@ -143,13 +125,9 @@ fn one_frequency_does_not_determine_the_shift_of_recorders() {
         shift_s: 4e-3,
         ..Conditions::FAIR
     };
-    let options = Options {
-        clocks: Clocks::Two,
-        ..Options::new(ModelKind::Karnopp)
-    };
     // These would be answered: a shift, inertia and viscous friction together leave little.
     for (kind, seed) in [(Kind::Sine, 6), (Kind::Sine, 36), (Kind::Growing, 4)] {
-        let found = identify(&kinds::record(kind, &conditions, seed).0, &options).expect("a record");
+        let found = found_on(Clocks::Two, &kinds::record(kind, &conditions, seed).0);
         assert!(refused(&found).contains(&"shift_s"), "{kind:?} {seed}: {found:#?}");
         assert!(found.intervals.is_empty(), "{:?}", found.intervals);
     }
