@@ -1,24 +1,14 @@
 //! The exact tick against true motions: the project's own reference solver, first held against the
 //! stored references, then used on the hard cases.
 
-use haptic_core::{Parameter, ParameterKey, Scene, Scheme};
-use haptic_lab::accuracy::cases::{self, Case, OscillatingHand};
+use haptic_core::{Parameter, Scene, Scheme};
+use haptic_lab::accuracy::cases::{self, Case, OscillatingHand, changed};
 use haptic_lab::accuracy::compare;
 use haptic_lab::accuracy::reference::solve;
 use haptic_lab::motion::{self, DeviceSample};
 use haptic_lab::simulate::{ContactChange, Simulation, Start, simulate};
 use proptest::prelude::*;
 use std::path::Path;
-use std::sync::Mutex;
-use std::thread;
-
-fn scene(changes: &[(&str, f64)]) -> Scene {
-    let changes: Vec<(ParameterKey, f64)> = changes
-        .iter()
-        .map(|&(name, value)| (name.parse().expect("a parameter"), value))
-        .collect();
-    Scene::paper().with(&changes).expect("a valid scene")
-}
 
 fn stored(name: &str) -> (Vec<DeviceSample>, Vec<[f64; 3]>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -51,7 +41,7 @@ fn the_reference_solver_gives_the_stored_references() {
             velocity_mps: start,
             ..Start::default()
         };
-        let run = solve(&scene(&changes), &motion, start);
+        let run = solve(&changed(&changes), &motion, start);
         for (row, [position, force, contact]) in run.rows.iter().zip(truth) {
             assert!((row.block_position_m - position).abs() <= 2e-17, "{name}: {row:?}");
             assert!((row.coupling_force_n - force).abs() <= 1e-12, "{name}: {row:?}");
@@ -90,11 +80,10 @@ fn is_true(case: &Case) -> bool {
         run.energy_created_j
     );
     let linear = ["viscous", "karnopp, rising", "dahl, i = 0,", "reset", "salcudean"];
-    let rough = case.name.ends_with("rough hand");
-    let good = if linear.iter().any(|law| case.name.starts_with(law)) || case.name == "dahl, i = 0" {
+    let good = if linear.iter().any(|law| case.name.starts_with(law)) {
         // Pieces of straight lines: exact, changes of contact and all.
         error.relative_force <= 1e-9 && error.position_m <= 1e-12
-    } else if rough && (case.name.starts_with("lugre") || case.name.starts_with("elasto")) {
+    } else if case.name.starts_with("lugre") || case.name.starts_with("elasto") {
         // Missed ticks and jumps under the stiffest of laws: the tick's bounded work is used,
         // and exactness relaxed.
         error.force_n <= 1e-2
@@ -105,36 +94,26 @@ fn is_true(case: &Case) -> bool {
     good && run.exhausted_ticks == 0 && run.energy_created_j <= 1e-7
 }
 
+/// Under smooth hands `by_law` holds every law to its limits.
 #[test]
-fn every_other_law_is_true_to_its_tolerance() {
+fn every_other_law_is_true_under_a_rough_hand() {
     // In a short run the hand goes one way, turns round, and is on its way back.
     let samples = test_run::extent(200, 300);
-    let cases = Mutex::new(cases::of_laws().into_iter());
-    let failures = Mutex::new(Vec::new());
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, Into::into) {
-            scope.spawn(|| {
-                while let Some(mut case) = next(&cases) {
-                    case.motion.truncate(samples);
-                    if !is_true(&case) {
-                        failures.lock().expect("nobody panics with it").push(case.name);
-                    }
-                }
-            });
-        }
-    });
-    let failures = failures.into_inner().expect("nobody panics with it");
+    let is_rough = |case: &Case| case.name.ends_with("rough hand") || case.name.contains("loaded");
+    let mut cases: Vec<Case> = cases::of_laws().into_iter().filter(is_rough).collect();
+    cases.iter_mut().for_each(|case| case.motion.truncate(samples));
+    let failures: Vec<&str> = cases
+        .iter()
+        .filter(|case| !is_true(case))
+        .map(|case| &*case.name)
+        .collect();
     assert!(failures.is_empty(), "{failures:?}");
-}
-
-fn next(cases: &Mutex<impl Iterator<Item = Case>>) -> Option<Case> {
-    cases.lock().expect("nobody panics with it").next()
 }
 
 #[test]
 fn a_tick_may_hold_a_hundred_and_forty_changes_of_contact() {
     // 387 rad a millisecond, and next to nothing that takes the swing away; the first tick comes 15 % late.
-    let scene = scene(&[("M", 2e-5), ("K", 3e6), ("B", 0.0), ("Fs", 0.1), ("Fd", 0.1)]);
+    let scene = changed(&[("M", 2e-5), ("K", 3e6), ("B", 0.0), ("Fs", 0.1), ("Fd", 0.1)]);
     let motion: Vec<DeviceSample> = (0..5)
         .map(|k| DeviceSample {
             t_s: f64::from(k) * 1e-3 + if k > 0 { 0.15e-3 } else { 0.0 },
@@ -161,7 +140,7 @@ fn a_tick_may_hold_a_hundred_and_forty_changes_of_contact() {
 fn grazing_stop_found_or_missed_leaves_force_unchanged() {
     // A slide that the hand slows down and then speeds up again: where it keeps enough speed, the
     // block does not stop in between. With one limit for both, a stop of no time changes nothing.
-    let scene = scene(&[("K", 2000.0), ("B", 5.0), ("Fs", 3.5)]);
+    let scene = changed(&[("K", 2000.0), ("B", 5.0), ("Fs", 3.5)]);
     let run = |least_speed: f64| {
         let hand: Vec<DeviceSample> = (0..100)
             .map(|k| {
@@ -207,7 +186,7 @@ fn grazing_stop_found_or_missed_leaves_force_unchanged() {
 #[test]
 fn far_origin_costs_force_only_the_position_digits() {
     for origin in [1e3, 1e9] {
-        let scene = scene(&[]);
+        let scene = Scene::paper();
         let near = OscillatingHand {
             samples: 300,
             ..OscillatingHand::PLAIN

@@ -96,7 +96,11 @@ impl OscillatingHand {
 }
 
 /// The paper's scene with some parameters changed.
-pub(super) fn changed(changes: &[(&str, f64)]) -> Scene {
+///
+/// # Panics
+/// A name is no parameter's, or the scene is not valid.
+#[must_use]
+pub fn changed(changes: &[(&str, f64)]) -> Scene {
     let changes: Vec<(ParameterKey, f64)> = changes
         .iter()
         .map(|&(name, value)| (name.parse().expect("the cases name parameters"), value))

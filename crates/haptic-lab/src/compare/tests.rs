@@ -8,6 +8,11 @@ use haptic_core::scene::Block;
 use haptic_core::{Directional, Scene, Scheme};
 use std::f64::consts::TAU;
 
+const BY_TIME: Options = Options {
+    align: Some(AlignedBy::Time),
+    mass_kg: None,
+};
+
 /// Position (m) and velocity (m/s) at a time, s.
 type Course = fn(f64) -> (f64, f64);
 
@@ -236,11 +241,7 @@ fn a_steady_motion_tells_no_shift() {
     let found = compare(&real, &rendered, &Options::default()).expect("a velocity in common");
     assert_eq!((found.aligned_by, found.shift_s), (AlignedBy::Velocity, None));
     assert!(found.notes[0].contains("any shift"), "{:?}", found.notes);
-    let by_time = Options {
-        align: Some(AlignedBy::Time),
-        ..Options::default()
-    };
-    let refused = compare(&real, &rendered, &by_time).expect_err("refused").to_string();
+    let refused = compare(&real, &rendered, &BY_TIME).expect_err("refused").to_string();
     assert!(refused.contains("do not determine the shift"), "{refused}");
 }
 
@@ -307,11 +308,7 @@ fn other_motions_are_compared_at_the_same_velocity() {
     let smaller = record(Karnopp::new(2.0, 2.0), half, (0.0, 6.0), 1000.0, 0.0);
     let found_smaller = compare(&real, &smaller, &Options::default()).expect("velocities in common");
     assert_eq!(found_smaller.aligned_by, AlignedBy::Velocity);
-    let by_time = Options {
-        align: Some(AlignedBy::Time),
-        ..Options::default()
-    };
-    let refused = compare(&real, &rendered, &by_time).expect_err("refused").to_string();
+    let refused = compare(&real, &rendered, &BY_TIME).expect_err("refused").to_string();
     assert!(refused.contains("--align velocity"), "{refused}");
 }
 
@@ -442,12 +439,8 @@ fn sliding_levels_do_not_depend_on_the_order_of_the_files() {
         surface::record(&surface::experiment(mass_kg, Friction::Karnopp(law), Sensors::USUAL), 1).mass
     };
     let (one, other) = (record(0.73, 2.9, 3.4), record(1.4, 1.2, 6.0));
-    let by_time = Options {
-        align: Some(AlignedBy::Time),
-        ..Options::default()
-    };
-    let there = compare(&one, &other, &by_time).expect("one motion").sliding_force_n;
-    let back = compare(&other, &one, &by_time).expect("one motion").sliding_force_n;
+    let there = compare(&one, &other, &BY_TIME).expect("one motion").sliding_force_n;
+    let back = compare(&other, &one, &BY_TIME).expect("one motion").sliding_force_n;
     for (there, back) in levels(there).into_iter().zip(levels(back)) {
         assert!(
             (there.difference_n + back.difference_n).abs() < 0.01,

@@ -122,7 +122,6 @@ pub fn index_of_difficulty(amplitude_m: f64, width_m: f64, cursor_diameter_m: f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     /// A 300 mm, and eight movements.
     fn worked() -> Vec<Movement> {
@@ -174,32 +173,6 @@ mod tests {
         let mut backwards = worked();
         backwards.iter_mut().for_each(|one| one.end_error_m -= 0.3);
         assert!(refused(&backwards).starts_with("the effective amplitude is -"));
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(64))]
-
-        /// Bits do not depend on the unit of length, and bits a second go with the inverse of time.
-        #[test]
-        fn throughput_scales_as_its_units(
-            errors in prop::collection::vec(-0.02..0.02_f64, 3..12),
-            scale in 0.01..100.0_f64,
-        ) {
-            let of = |length: f64, time: f64| {
-                let movements: Vec<Movement> = errors.iter().map(|error| Movement {
-                    amplitude_m: 0.3 * length,
-                    end_error_m: error * length,
-                    movement_time_s: (0.5 + 10.0 * error.abs()) * time,
-                }).collect();
-                throughput(&movements, Task::Serial)
-            };
-            let (Ok(one), Ok(longer), Ok(slower)) = (of(1.0, 1.0), of(scale, 1.0), of(1.0, scale)) else {
-                return Err(TestCaseError::reject("no spread"));
-            };
-            prop_assert!((longer.throughput_bit_per_s / one.throughput_bit_per_s - 1.0).abs() < 1e-9);
-            prop_assert!((slower.throughput_bit_per_s * scale / one.throughput_bit_per_s - 1.0).abs() < 1e-9);
-            prop_assert!((longer.effective_width_m / scale / one.effective_width_m - 1.0).abs() < 1e-9);
-        }
     }
 
     #[test]

@@ -18,10 +18,10 @@ fn found(record: &Record, model: ModelKind) -> Identified {
     identify(record, &Options::new(model)).expect("the record is whole")
 }
 
-/// What is found of ten seconds of Dahl's friction under a hand's movements.
-fn found_of(friction: Dahl, movements: &[Movement]) -> Identified {
-    let experiment = Experiment::thorough(half_a_kilogram(Friction::Dahl(friction))).with_movements(movements);
-    found(&experiment.record(1).expect("the scene is sound"), ModelKind::Dahl)
+/// Of Dahl's friction under strokes.
+fn record_of_dahl() -> Record {
+    let experiment = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL))).with_movements(&[STROKES]);
+    experiment.record(1).expect("the scene is sound")
 }
 
 const STROKES: Movement = Movement::Chirp {
@@ -179,32 +179,87 @@ fn lugre_on_a_soft_grip_is_found_within_its_intervals() {
 }
 
 #[test]
-fn motion_one_way_refuses_what_looks_like_a_constant_force() {
-    let one_way = Movement::Ramp {
-        speed_mps: 0.05,
-        stroke_m: 1.0,
-        duration_s: 8.0,
+fn what_a_motion_does_not_show_is_refused_with_what_would() {
+    const ONE_WAY: [&str; 2] = ["one way", "both directions"];
+    type Refused = &'static [(&'static str, [&'static str; 2])];
+    let ramp = |speed_mps, stroke_m, duration_s| Movement::Ramp {
+        speed_mps,
+        stroke_m,
+        duration_s,
     };
-    let found = found_of(DAHL, &[one_way]);
-    for parameter in ["dynamic_force_N", "viscous_Ns_per_m", "offset_N"] {
-        assert_refused(&found, parameter, "one way", "both directions");
-    }
-    assert_refused(&found, "stiffness_N_per_m", "turns 0 times", "to and fro");
-}
-
-#[test]
-fn few_turns_refuse_what_shows_after_a_turn() {
-    if !is_long_for("few turns") {
-        return;
-    }
-    let stroke = Movement::Ramp {
-        speed_mps: 0.02,
-        stroke_m: 0.06,
-        duration_s: 8.0,
+    let chirp = |from_hz, to_hz, stroke_m| Movement::Chirp {
+        from_hz,
+        to_hz,
+        stroke_m,
+        duration_s: 10.0,
     };
-    let found = found_of(DAHL, &[stroke]);
-    assert_refused(&found, "stiffness_N_per_m", "turns 2 times", "ten turns");
-    assert_refused(&found, "exponent", "turns 2 times", "ten turns");
+    let (dahl, lugre) = (Friction::Dahl(DAHL), Friction::Lugre(LUGRE));
+    let soft = Friction::Dahl(Dahl {
+        contact_stiffness: 3e3,
+        ..DAHL
+    });
+    let cases: [(Friction, Movement, Refused); 7] = [
+        (
+            dahl,
+            ramp(0.05, 1.0, 8.0),
+            &[
+                ("dynamic_force_N", ONE_WAY),
+                ("viscous_Ns_per_m", ONE_WAY),
+                ("offset_N", ONE_WAY),
+                ("stiffness_N_per_m", ["turns 0 times", "to and fro"]),
+            ],
+        ),
+        (
+            dahl,
+            Movement::Rest { duration_s: 5.0 },
+            &[("mass_kg", ["hardly changes", "10 mm"])],
+        ),
+        (
+            dahl,
+            ramp(0.02, 0.06, 8.0),
+            &[
+                ("stiffness_N_per_m", ["turns 2 times", "ten turns"]),
+                ("exponent", ["turns 2 times", "ten turns"]),
+            ],
+        ),
+        (dahl, chirp(0.5, 1.5, 7e-4), &[("mass_kg", ["inertia", "faster"])]),
+        (
+            soft,
+            chirp(1.0, 3.0, 1e-3),
+            &[
+                ("dynamic_force_N", ["longest stroke", "10 mm"]),
+                ("exponent", ["longest stroke", "10 mm"]),
+            ],
+        ),
+        (
+            lugre,
+            chirp(2.0, 3.0, 0.03),
+            &[
+                ("stribeck_velocity_mps", ["fall", "ramps"]),
+                ("static_force_N", ["fall", "ramps"]),
+            ],
+        ),
+        (
+            lugre,
+            ramp(0.001, 0.0015, 10.0),
+            &[
+                ("bristle_damping_Ns_per_m", ["quickly", "vibration"]),
+                ("mass_kg", ["inertia", "faster"]),
+            ],
+        ),
+    ];
+    for (friction, movement, refused) in cases.into_iter().take(extent(2, 7)) {
+        let experiment = Experiment::thorough(half_a_kilogram(friction)).with_movements(&[movement]);
+        let model = match friction {
+            Friction::Lugre(_) => ModelKind::Lugre,
+            _ => ModelKind::Dahl,
+        };
+        let found = found(&experiment.record(1).expect("the scene is sound"), model);
+        for (parameter, [because, instead]) in refused {
+            assert_refused(&found, parameter, because, instead);
+        }
+        assert!(movement != Movement::Rest { duration_s: 5.0 } || found.intervals.is_empty());
+    }
 }
 
 #[test]
@@ -230,81 +285,8 @@ fn a_coarse_encoder_refuses_what_it_hides() {
 }
 
 #[test]
-fn short_strokes_refuse_the_mass() {
-    if !is_long_for("strokes too short for the mass") {
-        return;
-    }
-    let short = Movement::Chirp {
-        from_hz: 0.5,
-        to_hz: 1.5,
-        stroke_m: 7e-4,
-        duration_s: 10.0,
-    };
-    let found = found_of(DAHL, &[short]);
-    assert_refused(&found, "mass_kg", "inertia", "faster");
-}
-
-#[test]
-fn strokes_within_presliding_refuse_the_limits() {
-    if !is_long_for("strokes within presliding") {
-        return;
-    }
-    let soft = Dahl {
-        contact_stiffness: 3e3,
-        ..DAHL
-    };
-    let short = Movement::Chirp {
-        from_hz: 1.0,
-        to_hz: 3.0,
-        stroke_m: 1e-3,
-        duration_s: 10.0,
-    };
-    let found = found_of(soft, &[short]);
-    assert_refused(&found, "dynamic_force_N", "longest stroke", "10 mm");
-    assert_refused(&found, "exponent", "longest stroke", "10 mm");
-}
-
-/// What is found of LuGre friction under a hand's movement.
-fn found_of_lugre(movement: Movement) -> Identified {
-    let experiment = Experiment::thorough(half_a_kilogram(Friction::Lugre(LUGRE))).with_movements(&[movement]);
-    found(&experiment.record(1).expect("the scene is sound"), ModelKind::Lugre)
-}
-
-#[test]
-fn fast_strokes_alone_refuse_stribecks_fall() {
-    if !is_long_for("fast strokes alone of the LuGre law") {
-        return;
-    }
-    let found = found_of_lugre(Movement::Chirp {
-        from_hz: 2.0,
-        to_hz: 3.0,
-        stroke_m: 0.03,
-        duration_s: 10.0,
-    });
-    assert_refused(&found, "stribeck_velocity_mps", "fall", "ramps");
-    assert_refused(&found, "static_force_N", "fall", "ramps");
-}
-
-#[test]
-fn slow_ramps_alone_refuse_the_bristles_damping() {
-    if !is_long_for("ramps alone of the LuGre law") {
-        return;
-    }
-    let found = found_of_lugre(Movement::Ramp {
-        speed_mps: 0.001,
-        stroke_m: 0.0015,
-        duration_s: 10.0,
-    });
-    assert_refused(&found, "bristle_damping_Ns_per_m", "quickly", "vibration");
-    assert_refused(&found, "mass_kg", "inertia", "faster");
-}
-
-#[test]
 fn unrelated_force_yields_no_parameters() {
-    let mut record = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL)))
-        .with_movements(&[STROKES])
-        .record(1)
-        .expect("the scene is sound");
+    let mut record = record_of_dahl();
     let mut random = Rng::with_seed(1);
     let mut force = 0.0;
     for value in &mut record.force_n {
@@ -320,19 +302,8 @@ fn unrelated_force_yields_no_parameters() {
 }
 
 #[test]
-fn a_rig_at_rest_gives_no_numbers() {
-    let rest = Movement::Rest { duration_s: 5.0 };
-    let found = found_of(DAHL, &[rest]);
-    assert!(found.intervals.is_empty(), "{found:#?}");
-    assert_refused(&found, "mass_kg", "hardly changes", "10 mm");
-}
-
-#[test]
 fn clocks_that_differ_are_aligned_and_the_shift_is_reported() {
-    let mut record = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL)))
-        .with_movements(&[STROKES])
-        .record(1)
-        .expect("the scene is sound");
+    let mut record = record_of_dahl();
     record.force_n.rotate_right(12);
     let options = Options {
         clocks: Clocks::Delayed,
@@ -365,8 +336,7 @@ fn the_force_of_the_fit_is_the_records() {
 
 #[test]
 fn neither_force_is_drawn_across_a_gap() {
-    let experiment = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL))).with_movements(&[STROKES]);
-    let mut record = experiment.record(1).expect("the scene is sound");
+    let mut record = record_of_dahl();
     for column in [&mut record.t_s, &mut record.position_m, &mut record.force_n] {
         column.drain(4000..4500);
     }
@@ -398,8 +368,7 @@ fn neither_force_is_drawn_across_a_gap() {
 
 #[test]
 fn a_caller_hears_the_progress_and_cancels() {
-    let experiment = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL))).with_movements(&[STROKES]);
-    let record = experiment.record(1).expect("the scene is sound");
+    let record = record_of_dahl();
     let mut shares = Vec::new();
     let cancelled = identify_with_progress(&record, &Options::new(ModelKind::Dahl), &mut |share| {
         shares.push(share);
@@ -416,10 +385,7 @@ fn a_caller_hears_the_progress_and_cancels() {
 
 #[test]
 fn the_same_record_and_seed_give_the_same_numbers() {
-    let record = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL)))
-        .with_movements(&[STROKES])
-        .record(1)
-        .expect("the scene is sound");
+    let record = record_of_dahl();
     assert_eq!(found(&record, ModelKind::Dahl), found(&record, ModelKind::Dahl));
 }
 

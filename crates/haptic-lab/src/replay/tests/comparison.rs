@@ -1,14 +1,13 @@
 //! What was recorded against what is computed.
 
-use super::session::{ReplayedSession, TickInput, compared, eventful, metadata, metadata_with, reasons};
-use crate::replay::{Comparison, SkipReason, from, replay};
+use super::session::{ReplayedSession, compared, eventful, metadata, metadata_with, reasons};
+use crate::replay::{Comparison, SkipReason, from};
+use haptic_core::Vector;
 use haptic_core::passivity::RigLosses;
 use haptic_core::planar::Plane;
 use haptic_core::servo::{Command, InputWord};
-use haptic_core::{Scene, Vector};
 use haptic_ipc::{RigState, Sample, SampleY};
 use haptic_recording::{Entry, Mark};
-use std::time::{Duration, Instant};
 
 #[test]
 fn eventful_session_replays_to_the_last_bit() {
@@ -63,18 +62,13 @@ fn every_bit_of_every_output_is_compared() {
 }
 
 #[test]
-fn without_a_snapshot_a_beginning_with_force_is_not_compared() {
-    let mut session = eventful::<f64>();
-    session.entries.truncate(500);
-    let report = compared(&session.without_first(400));
+fn force_is_not_compared_without_a_snapshot_or_a_rest_before_it() {
+    let entries = eventful::<f64>().entries;
+    let report = compared(&entries[400..500]);
     assert_eq!((report.compared(), report.differing), (0, 0));
     assert_eq!(reasons(&report), [SkipReason::BeganWithForce]);
     assert!(!report.is_exact(), "nothing was compared");
-}
-
-#[test]
-fn force_before_the_servo_settles_is_not_compared() {
-    let report = compared(&eventful::<f64>().without_first(280));
+    let report = compared(&entries[280..]);
     assert!(reasons(&report).contains(&SkipReason::ForceTooSoon), "{report:?}");
     assert_eq!(report.differing, 0);
 }
@@ -122,25 +116,6 @@ fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
 }
 
 #[test]
-fn silent_device_without_a_snapshot_is_not_compared() {
-    let mut session = ReplayedSession::<f64>::new();
-    session.run(350).command(Command::Engage).run(200);
-    for _ in 0..6 {
-        session.tick(TickInput {
-            is_silent: true,
-            ..TickInput::default()
-        });
-    }
-    session.run(100);
-    let report = compared(&session.entries);
-    assert_eq!(report.differing, 0, "{report:?}");
-    // From its 2nd row on the clock has another window than that of a recording.
-    let later = compared(&session.without_first(1));
-    assert_eq!(later.differing, 0, "{later:?}");
-    assert!(session.replayed_from(0, usize::MAX).is_exact());
-}
-
-#[test]
 fn what_became_known_of_the_rig_counts_from_its_engagement_on() {
     let mut session = ReplayedSession::<f64>::new();
     let losses = RigLosses {
@@ -173,70 +148,6 @@ fn what_follows_from_no_recording_is_refused() {
     early.servo = None;
     let error = Comparison::new(&early).expect_err("without settings").to_string();
     assert!(error.contains("hapticd 0.0.9 did not record"), "{error}");
-}
-
-#[test]
-fn replay_of_a_recorder_file_needs_only_the_file() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("session.csv");
-    let mut recorder = haptic_recording::create(&path, &metadata(), false).expect("begun");
-    let mut session = ReplayedSession::<f64>::new();
-    session.run(300).command(Command::Engage).run(300);
-    let rows = session.entries.iter().map(|entry| match entry {
-        Entry::Row(row, _) => *row,
-        Entry::Mark(mark) => panic!("{mark:?}"),
-    });
-    let samples = haptic_ipc::SamplesEvent {
-        seq: 0,
-        dropped: 0,
-        rows: rows.collect(),
-        ..haptic_ipc::SamplesEvent::default()
-    };
-    recorder.event(&haptic_ipc::Event::Samples(samples)).expect("written");
-    recorder.finish().expect("written");
-    let reader = haptic_recording::open(&path).expect("reads");
-    let metadata = reader.metadata().clone();
-    let report = replay(&metadata, reader).expect("it is replayed");
-    assert!(report.is_exact() && report.with_force > 200, "{report:?}");
-}
-
-/// Prints how long the steps of an hour take, with a ramp every five seconds.
-#[test]
-fn the_steps_of_an_hour_take_seconds() {
-    let wanted = test_run::extent(20_000, 3_600_000);
-    let stickier = Scene::paper()
-        .with(&[("Fs".parse().expect("a key"), 8.0)])
-        .expect("a scene");
-    let mut session = ReplayedSession::<f64>::new();
-    session.run(200).command(Command::Engage);
-    let mut comparison = Comparison::new(&metadata()).expect("it is replayed");
-    let mut took = Duration::ZERO;
-    let mut scene = Scene::paper();
-    while session.tick < wanted {
-        scene = if scene == stickier {
-            Scene::paper()
-        } else {
-            stickier.clone()
-        };
-        session.tick(TickInput {
-            scene: Some((scene.clone(), 0.1)),
-            ..TickInput::default()
-        });
-        session.run(5000);
-        let entries = std::mem::take(&mut session.entries);
-        let began = Instant::now();
-        for entry in &entries {
-            comparison.entry(entry).expect("it is rendered");
-        }
-        took += began.elapsed();
-    }
-    let report = comparison.report();
-    assert!(report.is_exact(), "{report:?}");
-    let hour_s = took.as_secs_f64() / report.ticks as f64 * 3.6e6;
-    println!(
-        "{} ticks in {took:.2?}: an hour at 1 kHz in {hour_s:.1} s",
-        report.ticks
-    );
 }
 
 /// Wherever it begins: before force flows, while a scene ramps or fades, stopped, or unplugged.

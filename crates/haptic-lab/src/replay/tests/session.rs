@@ -92,7 +92,6 @@ pub(super) struct TickInput<V = f64> {
     pub(super) events: Events,
     pub(super) command: Option<Command>,
     pub(super) error: Option<DeviceError>,
-    pub(super) is_silent: bool,
     pub(super) write_failed: bool,
     pub(super) scene: Option<(Scene, f64)>,
     /// The time since the tick before, ns, and the sample, where they are not the usual ones.
@@ -150,10 +149,14 @@ impl<V: Vector> ReplayedSession<V> {
     }
 
     pub(super) fn command(&mut self, command: Command) -> &mut Self {
-        self.tick(TickInput {
-            command: Some(command),
-            ..TickInput::default()
-        })
+        self.with(|input| input.command = Some(command))
+    }
+
+    /// A tick in which something happens.
+    pub(super) fn with(&mut self, happen: impl FnOnce(&mut TickInput<V>)) -> &mut Self {
+        let mut input = TickInput::default();
+        happen(&mut input);
+        self.tick(input)
     }
 
     pub(super) fn tick(&mut self, happening: TickInput<V>) -> &mut Self {
@@ -169,9 +172,7 @@ impl<V: Vector> ReplayedSession<V> {
             self.snapshots.push((self.entries.len(), snapshot));
         }
         self.tick += 1;
-        if !happening.is_silent {
-            self.sequence += 1;
-        }
+        self.sequence += 1;
         // The hand turns at 2 Hz, in the plane on a circle on which it rests twice a turn. Our clock is not exact.
         let turned = 12.6 * f64::from(self.sequence) * 1e-3;
         let rests = if V::AXES > 1 { 0.5 * (2.0 * turned).sin() } else { 0.0 };
@@ -293,11 +294,6 @@ impl<V: Vector> ReplayedSession<V> {
         }
         replay(&metadata, recorded.into_iter().map(Ok)).expect("it is replayed")
     }
-
-    /// Leaves the first entries out, as a recording does that began later.
-    pub(super) fn without_first(&self, rows: usize) -> Vec<Entry> {
-        self.entries[rows..].to_vec()
-    }
 }
 
 pub(super) fn compared(entries: &[Entry]) -> Report {
@@ -317,71 +313,24 @@ pub(super) fn drag() -> Scene {
 /// Everything that can happen to a rig.
 pub(super) fn eventful<V: Vector>() -> ReplayedSession<V> {
     let mut session = ReplayedSession::new();
-    let happening = TickInput::default;
     let stickier = Scene::paper()
         .with(&[("Fs".parse().expect("a key"), 8.0), ("Fd".parse().expect("a key"), 5.0)])
         .expect("a scene");
     session.run(300).command(Command::Engage).run(200);
-    session
-        .tick(TickInput {
-            scene: Some((stickier, 0.2)),
-            ..happening()
-        })
-        .run(100);
-    session
-        .tick(TickInput {
-            scene: Some((Scene::paper(), 0.1)),
-            ..happening()
-        })
-        .run(200);
-    session
-        .tick(TickInput {
-            scene: Some((drag(), 0.1)),
-            ..happening()
-        })
-        .run(200);
-    session
-        .tick(TickInput {
-            events: Event::Stop.into(),
-            ..happening()
-        })
-        .run(150);
+    session.with(|now| now.scene = Some((stickier, 0.2))).run(100);
+    session.with(|now| now.scene = Some((Scene::paper(), 0.1))).run(200);
+    session.with(|now| now.scene = Some((drag(), 0.1))).run(200);
+    session.with(|now| now.events = Event::Stop.into()).run(150);
     session.command(Command::Reset).command(Command::Engage).run(200);
     let failed = DeviceError::Failed(ErrorCode::Sensor.into());
-    session
-        .tick(TickInput {
-            error: Some(failed),
-            ..happening()
-        })
-        .run(20);
+    session.with(|now| now.error = Some(failed)).run(20);
     session.command(Command::Reset).command(Command::Engage).run(100);
-    session
-        .tick(TickInput {
-            write_failed: true,
-            ..happening()
-        })
-        .run(50);
-    session
-        .tick(TickInput {
-            error: Some(DeviceError::Disconnected),
-            ..happening()
-        })
-        .run(50);
-    session.tick(TickInput {
-        scene: Some((Scene::paper(), 0.1)),
-        ..happening()
-    });
+    session.with(|now| now.write_failed = true).run(50);
+    session.with(|now| now.error = Some(DeviceError::Disconnected)).run(50);
+    session.with(|now| now.scene = Some((Scene::paper(), 0.1)));
     session.command(Command::Engage).run(200);
-    session
-        .tick(TickInput {
-            events: Event::LeaseLapsed.into(),
-            ..happening()
-        })
-        .run(100);
-    session
-        .command(Command::Engage)
-        .run(100)
-        .command(Command::Release)
-        .run(100);
+    session.with(|now| now.events = Event::LeaseLapsed.into()).run(100);
+    session.command(Command::Engage).run(100);
+    session.command(Command::Release).run(100);
     session
 }
