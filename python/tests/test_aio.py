@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+from pathlib import Path
 
 import pytest
 
@@ -9,9 +10,12 @@ import hapticd
 import hapticd.aio
 
 
-def test_a_rig_is_scripted_with_asyncio(daemon: hapticd.Fake) -> None:
+def test_a_rig_is_scripted_with_asyncio(daemon: hapticd.Fake, tmp_path: Path) -> None:
     async def script() -> None:
-        async with hapticd.aio.connect(daemon.path) as rig:
+        connection = hapticd.aio.connect(daemon.path)
+        assert repr(connection) == "<Rig: not connected yet>"
+        async with connection as rig:
+            assert ": idle" in repr(rig)
             assert (await rig.engage()).state == "engaging"
             await rig.wait_for("engaged")
             change = await rig.set(mass=1.5, ramp=0.02)
@@ -21,11 +25,14 @@ def test_a_rig_is_scripted_with_asyncio(daemon: hapticd.Fake) -> None:
                 await rig.set(mass=-1)
             rows = await rig.record("100ms")
             assert len(rows) == 100
+            with await rig.record(path=tmp_path / "r.csv"):
+                assert await rig.wait_for(lambda sample: sample.state == "engaged") > 0
             assert (await rig.stop()).state == "stopped"
             assert (await rig.reset()).state == "idle"
             assert (await rig.status()).leases == 1
 
     asyncio.run(script())
+    assert hapticd.read(tmp_path / "r.csv").state.iloc[-1] == "engaged"
     with daemon.connect(lease=None) as rig:
         assert rig.status().leases == 0
 

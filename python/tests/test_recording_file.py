@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import subprocess
 import time
@@ -13,7 +12,6 @@ import numpy
 import pytest
 
 import hapticd
-import hapticd.aio
 from hapticd.recordings.sink import create
 
 
@@ -103,14 +101,3 @@ def test_a_file_that_is_written_is_whole_after_each_flush(tmp_path: Path) -> Non
         assert len(hapticd.read(path)) == 100 * flushed
     sink.close()
     assert not hapticd.read(path).attrs["is_complete"]
-
-
-def test_asyncio_records_into_a_file(daemon: hapticd.Fake, tmp_path: Path) -> None:
-    async def script() -> None:
-        async with hapticd.aio.connect(daemon.path) as rig:
-            with await rig.record(path=tmp_path / "r.csv"):
-                await rig.engage()
-                await rig.wait_for("engaged")
-
-    asyncio.run(script())
-    assert hapticd.read(tmp_path / "r.csv").state.iloc[-1] == "engaged"

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy
 import pytest
@@ -39,13 +40,6 @@ def test_numbers_may_come_from_numpy(rig: hapticd.Rig) -> None:
     assert rig.set({"mass": numpy.array(0.75)}).applied == {"mass": 0.75}
 
 
-def test_a_dry_run_changes_nothing(rig: hapticd.Rig) -> None:
-    before = rig.get()
-    change = rig.set(mass=2, dry_run=True)
-    assert change.dry_run and change.tick is None
-    assert rig.get() == before
-
-
 def test_refusal_has_field_value_limits_and_unit(rig: hapticd.Rig) -> None:
     before = rig.get()
     with pytest.raises(hapticd.InvalidValue, match="mass = -1 kg is out of range") as refused:
@@ -58,8 +52,6 @@ def test_refusal_has_field_value_limits_and_unit(rig: hapticd.Rig) -> None:
     assert (type(again), again.param, str(again)) == (hapticd.InvalidValue, "mass", str(error))
     with pytest.raises(hapticd.UnknownName, match="mas"):
         rig.set(mas=1)
-    with pytest.raises(ValueError, match="mass = nan is not a finite number"):
-        rig.set(mass=float("nan"))
     with pytest.raises(ValueError, match="Fs = inf is not a finite number"):
         rig.set(mass=1, Fs=numpy.float32("inf"))
     for value in (object(), 1 + 0j, numpy.array([1.5]), numpy.array("200 g")):
@@ -67,8 +59,6 @@ def test_refusal_has_field_value_limits_and_unit(rig: hapticd.Rig) -> None:
             rig.set({"mass": value})  # type: ignore[dict-item]
     with pytest.raises(hapticd.InvalidValue, match="mass"):
         rig.set({"mass": numpy.True_})
-    with pytest.raises(ValueError, match="ramp = '50 parsec'"):
-        rig.set(mass=1, ramp="50 parsec")
     with pytest.raises(hapticd.Conflict):
         rig.set(mass=1, if_revision=before.revision + 7)
     with pytest.raises(hapticd.UnknownName):
@@ -156,8 +146,6 @@ def test_a_lease_that_has_lapsed_is_reported(daemon: hapticd.Fake) -> None:
 def test_nobody_there_and_a_daemon_that_ends(daemon: hapticd.Fake) -> None:
     with pytest.raises(hapticd.NoDaemon, match=r"nowhere\.sock"):
         hapticd.connect(daemon.directory / "nowhere.sock")
-    with pytest.raises(ValueError, match="lease = 0 is out of range"):
-        daemon.connect(lease=0)
     with pytest.raises(hapticd.InvalidValue, match="timeout_ms"):
         daemon.connect(lease="1ms")
     rig = daemon.connect()
@@ -176,17 +164,14 @@ def test_nobody_there_and_a_daemon_that_ends(daemon: hapticd.Fake) -> None:
         each.close()
 
 
-def test_watchers_may_look_and_stop() -> None:
-    import tempfile
-
-    with tempfile.TemporaryDirectory() as directory:
-        path = f"{directory}/watch.sock"
-        with hapticd.fake(watch_socket=path), hapticd.connect(path) as rig:
-            assert rig.hello["rights"] == "watch"
-            assert rig.status().leases == 0
-            with pytest.raises(hapticd.NotAllowed):
-                rig.engage()
-            assert rig.stop().state == "stopped"
+def test_watchers_may_look_and_stop(tmp_path: Path) -> None:
+    path = tmp_path / "watch.sock"
+    with hapticd.fake(watch_socket=path), hapticd.connect(path) as rig:
+        assert rig.hello["rights"] == "watch"
+        assert rig.status().leases == 0
+        with pytest.raises(hapticd.NotAllowed):
+            rig.engage()
+        assert rig.stop().state == "stopped"
 
 
 def test_threads_share_a_rig(rig: hapticd.Rig) -> None:

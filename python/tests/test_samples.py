@@ -34,14 +34,7 @@ def test_samples_may_be_thinned(rig: hapticd.Rig) -> None:
     assert [b - a for a, b in itertools.pairwise(ticks)] == [10] * 19
 
 
-def test_the_columns_are_those_of_the_daemon(rig: hapticd.Rig) -> None:
-    columns = rig.request("describe")["sample_columns"]
-    assert tuple(columns[: len(hapticd.COLUMNS)]) == hapticd.COLUMNS
-
-
-def test_a_slow_reader_loses_no_sample(
-    rig: hapticd.Rig,
-) -> None:
+def test_a_slow_reader_loses_no_sample(rig: hapticd.Rig) -> None:
     with rig.samples() as samples:
         first = next(samples).tick
         # The daemon disconnects whoever has not read for two seconds.
@@ -93,7 +86,6 @@ def _fed(on_gap: Any, most: int = 100) -> Samples:
 
 
 def test_a_program_stopped_for_too_long_is_disconnected(daemon: hapticd.Fake) -> None:
-
     program = (
         "import sys, hapticd\n"
         "rig = hapticd.connect(sys.argv[1], lease=None)\n"

@@ -12,35 +12,22 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from functools import partial, wraps
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, SupportsIndex, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Concatenate, Generic, Literal, ParamSpec, Protocol, TypeVar, overload
 
 from hapticd import rig as blocking
-from hapticd.answers import (
-    AdviceReply,
-    ChangeReply,
-    Description,
-    ListedScene,
-    SceneReply,
-    SceneSaveReply,
-    ScheduleReply,
-    StateReply,
-)
-from hapticd.change import Change, SceneRef
 from hapticd.duration import Duration, seconds
 from hapticd.recording import Recording
 from hapticd.sample import PlanarSample, Sample, State
-from hapticd.status import JournalEntry, Status
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
-    from hapticd.samples import Buffer
-
+P = ParamSpec("P")
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
@@ -93,6 +80,18 @@ class Stream(Generic[T]):
         self.close()
 
 
+def _awaited(
+    method: Callable[Concatenate[blocking.Rig, P], T], thread: str = "_requests"
+) -> Callable[Concatenate[Rig, P], Coroutine[Any, Any, T]]:
+    """A method of the blocking rig, to await: it runs on a thread of the rig."""
+
+    @wraps(method)
+    async def awaited(self: Rig, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        return await self._run(getattr(self, thread), partial(method, self.blocking, *args, **kwargs))
+
+    return awaited
+
+
 class Rig:
     """A rig, by its daemon: `hapticd.Rig` with methods to await.
 
@@ -112,148 +111,27 @@ class Rig:
     async def _run(self, thread: ThreadPoolExecutor, call: Callable[[], T]) -> T:
         return await asyncio.get_running_loop().run_in_executor(thread, call)
 
-    async def request(self, op: str, **fields: Any) -> dict[str, Any]:
-        """See `hapticd.Rig.request`."""
-        return await self._run(self._requests, partial(self.blocking.request, op, **fields))
-
-    async def engage(self, same_rig: bool = False, *, anyway: bool = False) -> StateReply:
-        """See `hapticd.Rig.engage`."""
-        return await self._run(self._requests, partial(self.blocking.engage, same_rig, anyway=anyway))
-
-    async def release(self) -> StateReply:
-        """See `hapticd.Rig.release`."""
-        return await self._run(self._requests, self.blocking.release)
-
-    async def reset(self) -> StateReply:
-        """See `hapticd.Rig.reset`."""
-        return await self._run(self._requests, self.blocking.reset)
-
-    async def stop(self) -> StateReply:
-        """See `hapticd.Rig.stop`."""
-        return await self._run(self._stops, self.blocking.stop)
-
-    async def status(self) -> Status:
-        """See `hapticd.Rig.status`."""
-        return await self._run(self._requests, self.blocking.status)
-
-    async def describe(self) -> Description:
-        """See `hapticd.Rig.describe`."""
-        return await self._run(self._requests, self.blocking.describe)
-
-    async def advise(self) -> AdviceReply:
-        """See `hapticd.Rig.advise`."""
-        return await self._run(self._requests, self.blocking.advise)
-
-    async def log(self, *, after: int | None = None, limit: int | None = None) -> list[JournalEntry]:
-        """See `hapticd.Rig.log`."""
-        return await self._run(self._requests, partial(self.blocking.log, after=after, limit=limit))
-
-    async def scenes(self) -> list[ListedScene]:
-        """See `hapticd.Rig.scenes`."""
-        return await self._run(self._requests, self.blocking.scenes)
-
-    async def save(self, name: str, scene: SceneRef | None = None, *, replace: bool = False) -> SceneSaveReply:
-        """See `hapticd.Rig.save`."""
-        return await self._run(self._requests, partial(self.blocking.save, name, scene, replace=replace))
-
-    async def get(self, scene: SceneRef | None = None) -> SceneReply:
-        """See `hapticd.Rig.get`."""
-        return await self._run(self._requests, partial(self.blocking.get, scene))
-
-    async def set(
-        self,
-        params: Mapping[str, Change] | None = None,
-        /,
-        *,
-        ramp: Duration | None = None,
-        at_tick: int | None = None,
-        if_revision: int | None = None,
-        dry_run: bool = False,
-        anyway: bool = False,
-        **more: Change,
-    ) -> ChangeReply:
-        """See `hapticd.Rig.set`."""
-        change = partial(
-            self.blocking.set,
-            params,
-            ramp=ramp,
-            at_tick=at_tick,
-            if_revision=if_revision,
-            dry_run=dry_run,
-            anyway=anyway,
-            **more,
-        )
-        return await self._run(self._requests, change)
-
-    async def at(
-        self,
-        tick: SupportsIndex,
-        params: Mapping[str, Change] | None = None,
-        /,
-        *,
-        ramp: Duration | None = None,
-        anyway: bool = False,
-        **more: Change,
-    ) -> ChangeReply:
-        """See `hapticd.Rig.at`."""
-        change = partial(self.blocking.at, tick, params, ramp=ramp, anyway=anyway, **more)
-        return await self._run(self._requests, change)
-
-    async def schedule(
-        self,
-        changes: Sequence[Mapping[str, Any]] | Mapping[str, Any],
-        *,
-        name: str | None = None,
-        keep: bool = False,
-        if_revision: int | None = None,
-        dry_run: bool = False,
-        anyway: bool = False,
-    ) -> ScheduleReply:
-        """See `hapticd.Rig.schedule`."""
-        schedule = partial(
-            self.blocking.schedule,
-            changes,
-            name=name,
-            keep=keep,
-            if_revision=if_revision,
-            dry_run=dry_run,
-            anyway=anyway,
-        )
-        return await self._run(self._requests, schedule)
-
-    async def cancel(self, name: str | None = None) -> int:
-        """See `hapticd.Rig.cancel`."""
-        return await self._run(self._requests, partial(self.blocking.cancel, name))
-
-    async def load(
-        self,
-        scene: SceneRef,
-        *,
-        ramp: Duration | None = None,
-        at_tick: int | None = None,
-        if_revision: int | None = None,
-        dry_run: bool = False,
-        anyway: bool = False,
-    ) -> ChangeReply:
-        """See `hapticd.Rig.load`."""
-        change = partial(
-            self.blocking.load,
-            scene,
-            ramp=ramp,
-            at_tick=at_tick,
-            if_revision=if_revision,
-            dry_run=dry_run,
-            anyway=anyway,
-        )
-        return await self._run(self._requests, change)
-
-    async def undo(self, *, anyway: bool = False) -> ChangeReply:
-        """See `hapticd.Rig.undo`."""
-        return await self._run(self._requests, partial(self.blocking.undo, anyway=anyway))
-
-    async def redo(self, *, anyway: bool = False) -> ChangeReply:
-        """See `hapticd.Rig.redo`."""
-        return await self._run(self._requests, partial(self.blocking.redo, anyway=anyway))
+    request = _awaited(blocking.Rig.request)
+    engage = _awaited(blocking.Rig.engage)
+    release = _awaited(blocking.Rig.release)
+    reset = _awaited(blocking.Rig.reset)
+    stop = _awaited(blocking.Rig.stop, "_stops")
+    status = _awaited(blocking.Rig.status)
+    describe = _awaited(blocking.Rig.describe)
+    advise = _awaited(blocking.Rig.advise)
+    log = _awaited(blocking.Rig.log)
+    scenes = _awaited(blocking.Rig.scenes)
+    save = _awaited(blocking.Rig.save)
+    get = _awaited(blocking.Rig.get)
+    set = _awaited(blocking.Rig.set)
+    at = _awaited(blocking.Rig.at)
+    schedule = _awaited(blocking.Rig.schedule)
+    cancel = _awaited(blocking.Rig.cancel)
+    load = _awaited(blocking.Rig.load)
+    undo = _awaited(blocking.Rig.undo)
+    redo = _awaited(blocking.Rig.redo)
+    #: Its `wait_for` waits in the calling thread: `await asyncio.to_thread(buffer.wait_for, n)`.
+    buffer = _awaited(blocking.Rig.buffer)
 
     @overload
     async def record(self, length: Duration, *, rate_hz: float | None = None) -> pandas.DataFrame: ...
@@ -290,16 +168,6 @@ class Rig:
     async def wait_for(self, condition: State | Callable[[Any], object], timeout: Duration = 10.0) -> int:
         """See `hapticd.Rig.wait_for`. The condition is called on another thread."""
         return await self._run(self._waits, partial(self.blocking.wait_for, condition, timeout))
-
-    async def buffer(
-        self, length: Duration = 60.0, *, rate_hz: float | None = None, batch_ms: int | None = None
-    ) -> Buffer:
-        """See `hapticd.Rig.buffer`.
-
-        Its `wait_for` waits in the calling thread: `await asyncio.to_thread(buffer.wait_for, n)`.
-        """
-        begin = partial(self.blocking.buffer, length, rate_hz=rate_hz, batch_ms=batch_ms)
-        return await self._run(self._requests, begin)
 
     def samples(
         self,

@@ -17,6 +17,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from hapticd.change import given
 from hapticd.connection import encoded
 from hapticd.errors import HapticdError
 from hapticd.extras import need
@@ -44,12 +45,12 @@ def publish(rig: Rig, *, name: str = "hapticd", rate_hz: float | None = None, ba
     import pylsl
 
     queue: Queue[dict[str, Any]] = Queue(math.inf, lambda event: 1)
-    fields: dict[str, Any] = {} if rate_hz is None else {"rate_hz": rate_hz}
     offset_s = clock_offset_s(rig)
     period_s = 1.0 / rig.loop_rate_hz
     topics = ["samples", "state", "log"]
     answers: list[dict[str, Any]] = []
-    subscription = subscribe(rig.path, topics, queue.put, queue.end, answers.append, batch_ms=batch_ms, **fields)
+    how = given(rate_hz=rate_hz, batch_ms=batch_ms)
+    subscription = subscribe(rig.path, topics, queue.put, queue.end, answers.append, **how)
     try:
         device = rig.status().device.description
         kind = kind_of(answers[0]["columns"])

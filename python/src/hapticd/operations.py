@@ -29,7 +29,7 @@ class Operations(ABC):
     """What a program asks of the daemon."""
 
     @abstractmethod
-    def request(self, op: str, **fields: Any) -> dict[str, Any]:
+    def request(self, /, op: str, **fields: Any) -> dict[str, Any]:
         """Any operation of the protocol, with its fields as on the wire; returns what `ok` holds."""
 
     def engage(self, same_rig: bool = False, *, anyway: bool = False) -> StateReply:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticd.change import given
 from hapticd.errors import SamplesLostWarning
 from hapticd.frame import frame
 from hapticd.marks import scene_mark, state_mark
@@ -28,9 +29,9 @@ def record(
     status = request("status")
     # Samples and states come on one connection, so that their order is the daemon's.
     queue: Queue[dict[str, Any]] = Queue(float("inf"), lambda event: 1)
-    fields: dict[str, Any] = {} if rate_hz is None else {"rate_hz": rate_hz}
     answers: list[dict[str, Any]] = []
-    subscription = subscribe(path, ["state", "samples"], queue.put, queue.end, answers.append, **fields)
+    how = given(rate_hz=rate_hz)
+    subscription = subscribe(path, ["state", "samples"], queue.put, queue.end, answers.append, **how)
     try:
         scene = request("get")
         started_unix_s = time.time()

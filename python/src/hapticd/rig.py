@@ -66,7 +66,7 @@ class Rig(Operations):
                 raise AttributeError(f"rig.{name} = {value!r} would change nothing: rig.set({name}={value!r}) does")
             object.__setattr__(self, name, value)
 
-    def request(self, op: str, **fields: Any) -> dict[str, Any]:
+    def request(self, /, op: str, **fields: Any) -> dict[str, Any]:
         """Any operation of the protocol, with its fields as on the wire; returns what `ok` holds."""
         if self._lease is not None:
             self._lease.check()

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import threading
 import time
+from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from hapticd.change import given
 from hapticd.closing import Closing
 from hapticd.errors import Faulted, HapticdError, Refused, SamplesLost, Stopped, invalid
 from hapticd.sample import COLUMNS, STATES, Sample, State, dtype_of, kind_of, of_row
@@ -56,12 +58,11 @@ def every(loop_rate_hz: float, rate_hz: float) -> int:
     return max(1, round(loop_rate_hz / rate_hz))
 
 
-class Batch:
+class Batch(NamedTuple):
     """Samples that came together, and where some are missing."""
 
-    def __init__(self, rows: list[list[Any]], gaps: list[tuple[int, int]]) -> None:
-        self.rows = rows
-        self.gaps = gaps
+    rows: list[list[Any]]
+    gaps: list[tuple[int, int]]
 
 
 def _check_halted(state: State) -> None:
@@ -72,11 +73,31 @@ def _check_halted(state: State) -> None:
         raise kinds[state]({"code": state, "message": message})
 
 
-def _fields(rate_hz: float | None, batch_ms: int | None) -> dict[str, Any]:
-    return {key: value for key, value in (("rate_hz", rate_hz), ("batch_ms", batch_ms)) if value is not None}
+class _Subscriber(Closing):
+    """Samples of a subscription of their own."""
+
+    def __init__(self, path: Path, loop_rate_hz: float, rate_hz: float | None, batch_ms: int | None) -> None:
+        self._loop_rate_hz = loop_rate_hz
+        how = given(rate_hz=rate_hz, batch_ms=batch_ms)
+        self._subscription = subscribe(path, ["samples"], self._take, self._end, self._begin, **how)
+
+    def _begin(self, answer: dict[str, Any]) -> None:
+        self._kind = kind_of(answer["columns"])
+        self.rate_hz: float = answer["rate_hz"]
+        self._gaps = Gaps(every(self._loop_rate_hz, self.rate_hz))
+
+    @abstractmethod
+    def _take(self, event: dict[str, Any]) -> None: ...
+
+    @abstractmethod
+    def _end(self, reason: HapticdError) -> None: ...
+
+    def close(self) -> None:
+        """Ends the subscription; what has come stays."""
+        self._subscription.close()
 
 
-class Samples(Closing):
+class Samples(_Subscriber):
     """The samples from now on, one after another.
 
     Up to two minutes of them wait while the program is busy. Samples that are lost raise `SamplesLost`, after which
@@ -99,15 +120,10 @@ class Samples(Closing):
             raise invalid("on_gap", f"on_gap = {on_gap!r}: expected 'raise' or 'count'")
         self._on_gap = on_gap
         self._ready: list[Sample | SamplesLost] = []
-        self._loop_rate_hz = loop_rate_hz
-        self._subscription = subscribe(
-            path, ["samples"], self._take, self._end, self._begin, **_fields(rate_hz, batch_ms)
-        )
+        super().__init__(path, loop_rate_hz, rate_hz, batch_ms)
 
     def _begin(self, answer: dict[str, Any]) -> None:
-        self._kind = kind_of(answer["columns"])
-        self.rate_hz: float = answer["rate_hz"]
-        self._gaps = Gaps(every(self._loop_rate_hz, self.rate_hz))
+        super()._begin(answer)
         self._queue: Queue[Batch] = Queue(WAITING_S * self.rate_hz, lambda batch: len(batch.rows))
         self._overrun = 0
         self._taken = 0
@@ -191,12 +207,8 @@ class Samples(Closing):
             self._ready.append(of_row(row, self._kind))
         self._ready.reverse()
 
-    def close(self) -> None:
-        """Ends the subscription."""
-        self._subscription.close()
 
-
-class Buffer(Closing):
+class Buffer(_Subscriber):
     """The newest samples as a numpy array, kept by a thread in the background.
 
     Attributes:
@@ -216,23 +228,18 @@ class Buffer(Closing):
         if not 0 < length_s <= longest_s:
             message = f"length = {length_s:g} s is out of range: above 0 and up to {longest_s:g} s at this rate"
             raise invalid("length", message, "out_of_range", value=length_s, min=0.0, max=longest_s, unit="s")
-        self._loop_rate_hz = loop_rate_hz
         self._length_s = length_s
         self._changed = threading.Condition()
         self._written = 0
         self._read = 0
         self._overwritten = 0
         self._ended: HapticdError | None = None
-        self._subscription = subscribe(
-            path, ["samples"], self._take, self._end, self._begin, **_fields(rate_hz, batch_ms)
-        )
+        super().__init__(path, loop_rate_hz, rate_hz, batch_ms)
 
     def _begin(self, answer: dict[str, Any]) -> None:
         import numpy
 
-        self._kind = kind_of(answer["columns"])
-        self.rate_hz: float = answer["rate_hz"]
-        self._gaps = Gaps(every(self._loop_rate_hz, self.rate_hz))
+        super()._begin(answer)
         length = max(1, round(self._length_s * self.rate_hz))
         self._ring = numpy.zeros(length, dtype=dtype_of(self._kind))
 
@@ -306,10 +313,6 @@ class Buffer(Closing):
 
         taken: numpy.typing.NDArray[numpy.void] = self._ring[numpy.arange(first, end) % len(self._ring)]
         return taken
-
-    def close(self) -> None:
-        """Ends the subscription; what is held stays."""
-        self._subscription.close()
 
 
 _PLACES = {state: place for place, state in enumerate(STATES)}
