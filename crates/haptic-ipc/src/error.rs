@@ -193,6 +193,10 @@ impl std::error::Error for WireError {}
 impl From<SceneError> for WireError {
     fn from(error: SceneError) -> Self {
         let message = error.to_string();
+        let code = match error {
+            SceneError::NotFinite { .. } => ErrorCode::NotFinite,
+            _ => ErrorCode::OutOfRange,
+        };
         match error {
             SceneError::OutOfRange {
                 param,
@@ -200,16 +204,14 @@ impl From<SceneError> for WireError {
                 min,
                 max,
                 unit,
-            } => Self::new(ErrorCode::OutOfRange, message)
-                .about(param.to_string())
-                .within(value, min, max, unit),
-            SceneError::NotFinite {
+            }
+            | SceneError::NotFinite {
                 param,
                 value,
                 min,
                 max,
                 unit,
-            } => Self::new(ErrorCode::NotFinite, message)
+            } => Self::new(code, message)
                 .about(param.to_string())
                 .within(value, min, max, unit),
             SceneError::UnknownParameter { name, .. } => Self::new(ErrorCode::UnknownParameter, message).about(name),

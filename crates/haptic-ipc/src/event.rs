@@ -78,7 +78,7 @@ pub enum Event {
 }
 
 /// The rig's state and the active scene.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StateEvent {
     /// State of the rig.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// An entry of the journal.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct JournalEntry {
     /// Number since the daemon began, from 1.
@@ -52,19 +52,8 @@ impl JournalEntry {
     #[must_use]
     pub fn of(op: &str) -> Self {
         Self {
-            seq: 0,
-            time_unix_s: 0.0,
-            tick: None,
-            by: None,
             op: op.to_owned(),
-            revision: 0,
-            state: None,
-            fault: None,
-            changes: Vec::new(),
-            ramp_ms: None,
-            at_tick: None,
-            schedule: None,
-            message: None,
+            ..Self::default()
         }
     }
 }

@@ -336,9 +336,7 @@ mod tests {
             scene: format!("scene {revision}"),
             law: "karnopp".into(),
             params: crate::params_of(&Scene::paper()),
-            undo_depth: 1,
-            redo_depth: 0,
-            arrival: None,
+            ..StateEvent::default()
         };
         let value = 4.0 + f64::from(u32::try_from(revision).expect("small"));
         event.params.insert("static_force".into(), Directional::both(value));

@@ -8,35 +8,52 @@ use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
-/// The second axis of a tick. On the wire its cells follow those of the [`Sample`], whose own are of the first axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SampleY {
-    /// Position of the device, m.
-    pub device_position_m: f64,
-    /// Estimated velocity of the device, m/s.
-    pub device_velocity_mps: f64,
-    /// Position of the block, m.
-    pub block_position_m: f64,
-    /// Velocity of the block, m/s.
-    pub block_velocity_mps: f64,
-    /// Force in the coupling, which drives the block, N.
-    pub coupling_force_n: f64,
-    /// Force commanded on the hand after ramps and limits, N.
-    pub command_force_n: f64,
-    /// Position as the device reported it, m.
-    pub sample_position_m: f64,
+/// Writes the struct, its column names and its cells from one list, in the order of a row.
+macro_rules! sample_y {
+    ($count:literal $($(#[doc = $doc:literal])* $field:ident $column:literal,)*) => {
+        /// The second axis of a tick. On the wire its cells follow those of the [`Sample`], whose own are of the first
+        /// axis.
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct SampleY {
+            $($(#[doc = $doc])* pub $field: f64,)*
+        }
+
+        /// Names of its columns, with units, in the order of a row.
+        pub const SAMPLE_Y_COLUMNS: [&str; $count] = [$($column),*];
+
+        impl SampleY {
+            /// Its cells, in the order of [`SAMPLE_Y_COLUMNS`].
+            #[must_use]
+            pub fn cells(&self) -> [f64; $count] {
+                [$(self.$field),*]
+            }
+
+            /// From its cells.
+            #[must_use]
+            pub fn of_cells([$($field),*]: [f64; $count]) -> Self {
+                Self { $($field),* }
+            }
+        }
+    };
 }
 
-/// Names of its columns, with units, in the order of a row.
-pub const SAMPLE_Y_COLUMNS: [&str; 7] = [
-    "device_position_y_m",
-    "device_velocity_y_mps",
-    "block_position_y_m",
-    "block_velocity_y_mps",
-    "coupling_force_y_N",
-    "command_force_y_N",
-    "sample_position_y_m",
-];
+sample_y! {
+    7
+    /// Position of the device, m.
+    device_position_m "device_position_y_m",
+    /// Estimated velocity of the device, m/s.
+    device_velocity_mps "device_velocity_y_mps",
+    /// Position of the block, m.
+    block_position_m "block_position_y_m",
+    /// Velocity of the block, m/s.
+    block_velocity_mps "block_velocity_y_mps",
+    /// Force in the coupling, which drives the block, N.
+    coupling_force_n "coupling_force_y_N",
+    /// Force commanded on the hand after ramps and limits, N.
+    command_force_n "command_force_y_N",
+    /// Position as the device reported it, m.
+    sample_position_m "sample_position_y_m",
+}
 
 impl SampleY {
     /// What a step of the servo has of the second axis, and the position that the device reported, m; `None` on a line.
@@ -54,46 +71,9 @@ impl SampleY {
         })
     }
 
-    /// Its cells, in the order of [`SAMPLE_Y_COLUMNS`].
-    #[must_use]
-    pub fn cells(&self) -> [f64; SAMPLE_Y_COLUMNS.len()] {
-        [
-            self.device_position_m,
-            self.device_velocity_mps,
-            self.block_position_m,
-            self.block_velocity_mps,
-            self.coupling_force_n,
-            self.command_force_n,
-            self.sample_position_m,
-        ]
-    }
-
     /// Its cells by the names of their columns.
     pub fn named(&self) -> impl Iterator<Item = (&'static str, f64)> {
         SAMPLE_Y_COLUMNS.into_iter().zip(self.cells())
-    }
-
-    /// From its cells.
-    #[must_use]
-    pub fn of_cells(cells: [f64; SAMPLE_Y_COLUMNS.len()]) -> Self {
-        let [
-            device_position_m,
-            device_velocity_mps,
-            block_position_m,
-            block_velocity_mps,
-            coupling_force_n,
-            command_force_n,
-            sample_position_m,
-        ] = cells;
-        Self {
-            device_position_m,
-            device_velocity_mps,
-            block_position_m,
-            block_velocity_mps,
-            coupling_force_n,
-            command_force_n,
-            sample_position_m,
-        }
     }
 }
 

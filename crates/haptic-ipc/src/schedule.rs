@@ -137,47 +137,17 @@ pub struct ScheduleStatus {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::{Envelope, Request};
-
-    fn parsed(changes: &str) -> Result<Request, WireError> {
-        let line = format!(r#"{{"id":1,"op":"schedule","changes":{changes}}}"#);
-        Envelope::parse(&line)
-            .map(|envelope| envelope.request)
-            .map_err(|bad| bad.error)
-    }
 
     #[test]
     fn a_schedule_is_read_as_it_is_written() {
         let changes =
             r#"[{"at_tick":100,"params":{"Fs":{"plus":0.5}}},{"at_tick":200,"ramp_ms":50.0,"scene":"lugre"}]"#;
-        let request = parsed(changes).expect("it reads");
-        let Request::Schedule { changes: read, .. } = &request else {
-            panic!("{request:?}");
+        let line = format!(r#"{{"id":1,"op":"schedule","changes":{changes}}}"#);
+        let envelope = Envelope::parse(&line).expect("it reads");
+        let Request::Schedule { changes: read, .. } = &envelope.request else {
+            panic!("{envelope:?}");
         };
         assert_eq!(serde_json::to_string(read).expect("JSON"), changes);
-    }
-
-    #[test]
-    fn a_bad_change_is_refused_by_its_place() {
-        for (changes, parts) in [
-            ("[]", vec!["changes", "0 changes", "from 1 to 256"]),
-            ("{}", vec!["changes", "a list of changes"]),
-            ("[3]", vec!["changes[0]", "an object"]),
-            (r#"[{"at_tick":1}]"#, vec!["changes[0]", "params", "scene"]),
-            (r#"[{"at_tick":1,"params":{},"scene":1}]"#, vec!["changes[0]", "either"]),
-            (r#"[{"params":{}}]"#, vec!["changes[0]", "at_tick"]),
-            (r#"[{"at_tick":-1,"params":{}}]"#, vec!["changes[0].at_tick", "-1"]),
-            (
-                r#"[{"at_tick":1,"params":{}},{"at_tick":2,"params":{},"ramp_ms":20000}]"#,
-                vec!["changes[1].ramp_ms", "20000", "10000 ms"],
-            ),
-            (r#"[{"at_tik":1,"params":{}}]"#, vec!["changes[0]", "at_tik", "at_tick"]),
-        ] {
-            let message = parsed(changes).expect_err(changes).message;
-            for part in parts {
-                assert!(message.contains(part), "{message} lacks {part}");
-            }
-        }
     }
 }
