@@ -78,7 +78,7 @@ fn show_laws(laws: &[LawMeasurement]) -> Result<(), Failure> {
         "median ns",
         "dearest ns",
     ];
-    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    let mut rows = vec![output::row(header)];
     rows.extend(laws.iter().map(|one| {
         let e = &one.errors;
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.0}"));
@@ -110,7 +110,7 @@ fn show_laws(laws: &[LawMeasurement]) -> Result<(), Failure> {
 /// The block in the plane along four motions.
 fn show_plane(plane: &[PlaneMeasurement]) -> Result<(), Failure> {
     let header = ["in the plane", "tick", "median N", "worst N", "median ns", "dearest ns"];
-    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    let mut rows = vec![output::row(header)];
     rows.extend(plane.iter().map(|one| {
         vec![
             one.case.to_owned(),

@@ -27,11 +27,7 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
     if json {
         return output::json(&reply);
     }
-    let mut rows = vec![
-        ["", "check", "value", "bound", "margin", "fix"]
-            .map(str::to_owned)
-            .to_vec(),
-    ];
+    let mut rows = vec![output::row(["", "check", "value", "bound", "margin", "fix"])];
     let mut remarks = Vec::new();
     for advice in &reply.advice {
         let Some(finding) = &advice.finding else {

@@ -26,15 +26,16 @@ struct RigAnswer {
 
 /// Asks every rig, and that of a socket that is named besides; the exit code is that of the first that fails.
 pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> Result<(), Failure> {
-    if let Command::Doctor = command {
-        return doctor::run_all(rigs(false, named)?, json).await;
+    match command {
+        Command::Doctor => doctor::run_all(rigs(false, named)?, json).await,
+        Command::Stop => ask_all(true, named, json).await,
+        Command::Status => ask_all(false, named, json).await,
+        _ => {
+            let message = "--all goes with `status`, `stop` and `doctor` alone: everything else is meant for one rig, \
+                           named by --rig or --socket";
+            Err(Failure::Usage(message.to_owned()))
+        }
     }
-    let Some(request) = request(command) else {
-        let message = "--all goes with `status`, `stop` and `doctor` alone: everything else is meant for one rig, named by \
-                       --rig or --socket";
-        return Err(Failure::Usage(message.to_owned()));
-    };
-    ask_all(request == Request::Stop {}, named, json).await
 }
 
 /// Which of some rigs are engaged, with device and socket, as far as they answer soon.
@@ -69,7 +70,7 @@ pub(crate) async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> 
                     Err(failure) => Err(failure),
                 }
             } else {
-                status_of(&socket.path)
+                status_within(&socket.path, ANSWER_TIMEOUT)
                     .await
                     .and_then(|status| Ok((status_row(&status), as_json(&status)?)))
             };
@@ -106,19 +107,6 @@ fn rigs(is_stop: bool, named: Option<&Path>) -> Result<Vec<NamedSocket>, Failure
         return Err(Failure::NoRig(message.to_owned()));
     }
     Ok(sockets)
-}
-
-/// What every rig is asked; nothing where the subcommand is meant for one.
-fn request(command: &Command) -> Option<Request> {
-    match command {
-        Command::Status => Some(Request::Status {}),
-        Command::Stop => Some(Request::Stop {}),
-        _ => None,
-    }
-}
-
-async fn status_of(socket: &Path) -> Result<Status, Failure> {
-    status_within(socket, ANSWER_TIMEOUT).await
 }
 
 /// The status of a rig, where it answers soon.

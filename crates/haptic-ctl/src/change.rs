@@ -131,15 +131,3 @@ fn assignment(name: &str, value: f64) -> String {
     let unit = name.parse::<ParameterKey>().map_or("", |key| key.parameter.info().unit);
     format!("{name} = {} {unit}", readable(value))
 }
-
-pub(crate) fn undo(change: &ChangeArguments) -> Request {
-    Request::Undo {
-        options: change.options(),
-    }
-}
-
-pub(crate) fn redo(change: &ChangeArguments) -> Request {
-    Request::Redo {
-        options: change.options(),
-    }
-}

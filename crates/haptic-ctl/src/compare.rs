@@ -2,7 +2,8 @@
 
 use crate::failure::Failure;
 use crate::output;
-use clap::{Args, ValueEnum};
+use crate::units::one_of;
+use clap::Args;
 use haptic_ipc::quoted;
 use haptic_lab::compare::{self, AlignedBy, Options};
 use haptic_lab::drawing::PlotFormat;
@@ -34,18 +35,12 @@ pub(crate) struct Arguments {
     mass: Option<f64>,
 
     /// Alignment [default: time where the motions are the same, else velocity]
-    #[arg(long, value_name = "BY")]
-    align: Option<Align>,
+    #[arg(long, value_name = "BY", value_parser = one_of([("time", AlignedBy::Time), ("velocity", AlignedBy::Velocity)]))]
+    align: Option<AlignedBy>,
 
     /// Plot: an image, or a page with the levels
     #[arg(long, value_name = "FILE.svg|.html")]
     plot: Option<PathBuf>,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Align {
-    Time,
-    Velocity,
 }
 
 pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
@@ -71,10 +66,7 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     };
     let options = Options {
         mass_kg: mass_kg.filter(|mass| *mass > 0.0),
-        align: arguments.align.map(|align| match align {
-            Align::Time => AlignedBy::Time,
-            Align::Velocity => AlignedBy::Velocity,
-        }),
+        align: arguments.align,
     };
     let mut comparison = compare::compare(&real.record, &rendered.record, &options)
         .map_err(|error| Failure::NotComparable(error.to_string()))?;

@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::hint;
 use clap::builder::styling::{AnsiColor, Style};
 use std::io::{BufRead, IsTerminal, Write};
+use std::time::Duration;
 use tokio::sync::mpsc;
 
 /// Questions go to standard error, so that standard output has only the findings.
@@ -55,12 +56,13 @@ impl Console {
         drop(asked.and_then(|()| out.flush()));
     }
 
-    /// The next line; nothing at the end of the input. Safe to drop half-way.
-    pub(crate) async fn line(&mut self) -> Option<String> {
-        match &mut self.lines {
-            Some(lines) => lines.recv().await,
-            None => None,
-        }
+    /// Whether the next line says yes, as the end of the input does not; nothing where no line comes within a time.
+    pub(crate) async fn answer(&mut self, time: Duration) -> Option<bool> {
+        let Some(lines) = &mut self.lines else {
+            return Some(false);
+        };
+        let line = tokio::time::timeout(time, lines.recv()).await.ok()?.unwrap_or_default();
+        Some(["y", "yes"].contains(&line.trim().to_lowercase().as_str()))
     }
 }
 

@@ -45,19 +45,9 @@ fn show(description: &Description, json: bool) -> Result<(), Failure> {
     if json {
         return output::json(description);
     }
-    let mut rows = vec![
-        [
-            "parameter",
-            "symbol",
-            "value",
-            "unit",
-            "accepted",
-            "directions",
-            "a larger value feels like",
-        ]
-        .map(str::to_owned)
-        .to_vec(),
-    ];
+    let feel = "a larger value feels like";
+    let head = ["parameter", "symbol", "value", "unit", "accepted", "directions", feel];
+    let mut rows = vec![output::row(head)];
     rows.extend(description.parameters.iter().map(|row| {
         vec![
             row.name.clone(),

@@ -3,6 +3,7 @@
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
+use crate::signals::Signals;
 use crate::units::duration;
 use haptic_ipc::{JournalEntry, LeaseReply, LogReply, Request};
 use nix::sys::signal::{SigHandler, Signal};
@@ -11,7 +12,6 @@ use std::os::unix::process::ExitStatusExt;
 use std::process::ExitStatus;
 use std::time::Duration;
 use tokio::process::{Child, Command};
-use tokio::signal::unix::{SignalKind, signal};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
@@ -49,9 +49,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<()
     let request = arguments.request()?;
     // Caught before the command runs, so that none of them ends haptic-ctl and leaves the command
     // behind.
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut hang_up = signal(SignalKind::hangup())?;
+    let mut signals = Signals::new()?;
     let _: LeaseReply = daemon.ask(request.clone()).await?;
     let (program, rest) = arguments
         .command
@@ -80,14 +78,12 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<()
                     lost = Some(failure);
                 }
             }
-            _ = interrupt.recv() => {
-                // A terminal sends it to the command too.
-                if !is_in_foreground() {
-                    pass_on(&child, rustix::process::Signal::INT);
+            signal = signals.next() => {
+                // A terminal sends an interrupt to the command too.
+                if signal != rustix::process::Signal::INT || !is_in_foreground() {
+                    pass_on(&child, signal);
                 }
             }
-            _ = terminate.recv() => pass_on(&child, rustix::process::Signal::TERM),
-            _ = hang_up.recv() => pass_on(&child, rustix::process::Signal::HUP),
         }
     };
     match (code(status), lost) {

@@ -31,6 +31,7 @@ mod replay;
 mod scene;
 mod schedule;
 mod set;
+mod signals;
 mod simulate;
 mod status;
 mod stick_slip;
@@ -63,13 +64,7 @@ fn main() -> ExitCode {
     let parsed = match parse(Arguments::command()) {
         Err(error) if error.use_stderr() && words::mean_a_stop(&words, &Arguments::command()) => {
             let json = words::wants_json();
-            return match tokio::runtime::Builder::new_current_thread().enable_all().build() {
-                Ok(runtime) => ended(
-                    runtime.block_on(stop::in_spite_of(&words::error_text(&error), 2, json)),
-                    json,
-                ),
-                Err(error) => Failure::from(error).report(json),
-            };
+            return done(stop::in_spite_of(&words::error_text(&error), 2, json), json);
         }
         parsed => {
             hint::choose(&words);
@@ -86,11 +81,7 @@ fn main() -> ExitCode {
     };
     let json = arguments.json;
     output::choose(arguments.quiet);
-    let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
-        Ok(runtime) => runtime,
-        Err(error) => return Failure::from(error).report(json),
-    };
-    let result = runtime.block_on(async {
+    let work = async {
         tokio::select! {
             // In this order: offline work is done before the interrupt is caught, which would
             // otherwise be noticed only after that work.
@@ -98,13 +89,19 @@ fn main() -> ExitCode {
             ended = run(&arguments) => ended,
             _ = tokio::signal::ctrl_c(), if !arguments.command.handles_interrupts() => Err(Failure::Interrupted),
         }
-    });
-    // A thread that reads the terminal may still wait for a key: it is left behind.
-    runtime.shutdown_background();
-    ended(result, json)
+    };
+    done(work, json)
 }
 
-fn ended(result: Result<(), Failure>, json: bool) -> ExitCode {
+/// Does something to its end.
+fn done(work: impl Future<Output = Result<(), Failure>>, json: bool) -> ExitCode {
+    let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
+        Ok(runtime) => runtime,
+        Err(error) => return Failure::from(error).report(json),
+    };
+    let result = runtime.block_on(work);
+    // A thread that reads the terminal may still wait for a key: it is left behind.
+    runtime.shutdown_background();
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(json),

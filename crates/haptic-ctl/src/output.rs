@@ -165,6 +165,17 @@ pub(crate) fn table(rows: &[Vec<String>]) -> String {
     lines.join("\n")
 }
 
+/// The row of a table with these cells.
+pub(crate) fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
+    cells.map(str::to_owned).to_vec()
+}
+
+/// A table of names, each with its value.
+pub(crate) fn named<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> String {
+    let rows = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]);
+    table(&rows.collect::<Vec<_>>())
+}
+
 /// A value that may differ by direction.
 pub(crate) fn directional(value: Directional) -> String {
     haptic_ipc::Value::Number(value).to_string()

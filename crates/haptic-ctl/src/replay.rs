@@ -207,7 +207,7 @@ fn what_if(arguments: &Arguments, alternative: Alternative, as_json: bool) -> Re
         }
     }
     if let Some(out) = out {
-        out.finish()?;
+        out.0.finish()?;
     }
     bar.finish_and_clear();
     let summary = what_if.summary();
@@ -255,7 +255,7 @@ fn show_what_if(path: &Path, summary: &Summary) -> Result<(), Failure> {
     } = summary;
     let row = |name: &str, cell: &dyn Fn(&Tally) -> String| vec![name.to_owned(), cell(recorded), cell(what_if)];
     let rows = [
-        vec!["".to_owned(), "recorded".to_owned(), "what if".to_owned()],
+        output::row(["", "recorded", "what if"]),
         row("ticks with force", &|tally| tally.ticks.to_string()),
         row("rms force, N", &|tally| format!("{:.4}", tally.rms_force_n())),
         row("peak force, N", &|tally| format!("{:.4}", tally.peak_force_n)),
@@ -351,9 +351,5 @@ impl<'a> Forces<'a> {
             cell(|row| row.block_position_m),
             cell(|row| row.block_velocity_mps),
         ))
-    }
-
-    fn finish(self) -> Result<(), Failure> {
-        self.0.finish()
     }
 }

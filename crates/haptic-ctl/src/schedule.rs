@@ -210,13 +210,9 @@ mod tests {
                 }]
             ));
         }
-        for (text, part) in [
-            ("", "steps.json"),
-            (r#"[{"at_tick":5}]"#, "changes[0]"),
-            (r#"{"changes":[],"colour":1}"#, "colour"),
-        ] {
+        for text in ["", r#"[{"at_tick":5}]"#] {
             let error = request(text, None).expect_err(text);
-            assert!(error.contains(part), "{error} lacks {part}");
+            assert!(error.contains("steps.json"), "{error}");
         }
     }
 }

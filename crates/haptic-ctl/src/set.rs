@@ -111,40 +111,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn relative_change_is_a_factor_or_summand() {
+    fn a_change_is_a_value_a_factor_or_a_summand() {
         let read = |text: &str, by| change_of(text, by).map_err(|failure| failure.to_string());
-        assert_eq!(
-            read("mass*=2", false),
-            Ok(("mass".into(), RelativeChange::Times(2.0).into()))
-        );
-        assert_eq!(
-            read("Fs-*=0.5", true),
-            Ok(("Fs-".into(), RelativeChange::Times(0.5).into()))
-        );
-        assert_eq!(
-            read("Fs=500mN", true),
-            Ok(("Fs".into(), RelativeChange::Plus(0.5).into()))
-        );
-        assert_eq!(read("Fs+=0.5", false), Ok(("Fs+".into(), 0.5.into())));
+        for (text, by, name, change) in [
+            ("mass=1.5", false, "mass", 1.5.into()),
+            ("mass = 500 g", false, "mass", 0.5.into()),
+            ("Fs+=5", false, "Fs+", 5.0.into()),
+            ("Fs-=-3e-1", false, "Fs-", (-0.3).into()),
+            ("mass*=2", false, "mass", RelativeChange::Times(2.0).into()),
+            ("Fs-*=0.5", true, "Fs-", RelativeChange::Times(0.5).into()),
+            ("Fs=500mN", true, "Fs", RelativeChange::Plus(0.5).into()),
+        ] {
+            assert_eq!(read(text, by), Ok((name.to_owned(), change)), "{text}");
+        }
         for (bad, part) in [
             ("mass+=1", "--by mass=VALUE"),
             ("mass*=2kg", "bare number"),
             ("mass*=inf", "bare number"),
+            ("mass", "NAME=VALUE"),
+            ("mass=", "not a finite number"),
+            ("mass=nan", "not a finite number"),
         ] {
             let error = read(bad, false).expect_err(bad);
             assert!(error.contains(part), "{error} lacks {part}");
-        }
-    }
-
-    #[test]
-    fn changes_are_read_with_their_directions() {
-        let read = |text: &str| assignment(text).map_err(|failure| failure.to_string());
-        assert_eq!(read("mass=1.5"), Ok(("mass".into(), 1.5)));
-        assert_eq!(read("Fs+=5"), Ok(("Fs+".into(), 5.0)));
-        assert_eq!(read("Fs-=-3e-1"), Ok(("Fs-".into(), -0.3)));
-        assert_eq!(read("mass = 500 g"), Ok(("mass".into(), 0.5)));
-        for bad in ["mass", "mass=", "mass=heavy", "mass=nan", "mass=inf"] {
-            assert!(read(bad).is_err(), "{bad}");
         }
     }
 }

@@ -21,11 +21,7 @@ pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>, json: bool) 
         rows.push(("", problem.remedy.clone()));
     }
     rows.extend(loop_rows(&status));
-    let rows: Vec<Vec<String>> = rows
-        .into_iter()
-        .map(|(name, value)| vec![name.to_owned(), value])
-        .collect();
-    output::line(&output::table(&rows))
+    output::line(&output::named(rows))
 }
 
 /// Which rig this is, if it has a name: nobody may have named it, where it is the only one in reach.

@@ -66,7 +66,7 @@ impl<'a> TableFile<'a> {
     }
 
     pub(crate) fn write(&mut self, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), Failure> {
-        write(&mut self.file).map_err(|error| self.failed(&error))
+        write(&mut self.file).map_err(|error| Failure::File(format!("{}: {error}", self.path.display())))
     }
 
     pub(crate) fn line(&mut self, line: std::fmt::Arguments<'_>) -> Result<(), Failure> {
@@ -76,9 +76,5 @@ impl<'a> TableFile<'a> {
     /// Has all of it written.
     pub(crate) fn finish(mut self) -> Result<(), Failure> {
         self.write(Write::flush)
-    }
-
-    fn failed(&self, error: &io::Error) -> Failure {
-        Failure::File(format!("{}: {error}", self.path.display()))
     }
 }

@@ -1,28 +1,10 @@
 //! How a table of another program is read, by options.
 
-use clap::ValueEnum;
+use crate::units::one_of;
 use haptic_motion::table::{Columns, TableOptions};
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum TimeUnit {
-    S,
-    Ms,
-    Us,
-    Ns,
-    Min,
-}
-
-impl TimeUnit {
-    fn seconds(self) -> f64 {
-        match self {
-            Self::S => 1.0,
-            Self::Ms => 1e-3,
-            Self::Us => 1e-6,
-            Self::Ns => 1e-9,
-            Self::Min => 60.0,
-        }
-    }
-}
+/// The units of times, each in s.
+const TIME_UNITS: [(&str, f64); 5] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("min", 60.0)];
 
 /// Columns and units of a table of motion. The argument with the id `file` names it.
 #[derive(Debug, clap::Args)]
@@ -33,8 +15,8 @@ pub(crate) struct Arguments {
     time_column: Option<String>,
 
     /// Unit of the time column [default: as its name ends, else s]
-    #[arg(long, value_enum, requires = "file")]
-    time_unit: Option<TimeUnit>,
+    #[arg(long, value_parser = one_of(TIME_UNITS), requires = "file")]
+    time_unit: Option<f64>,
 
     /// Column of positions [default: block_position_m, position_m, device_position_m, ...]
     #[arg(long, value_name = "NAME", requires = "file")]
@@ -60,7 +42,7 @@ impl Arguments {
                 force: None,
             },
             position_gain: self.position_gain,
-            time_unit_s: self.time_unit.map(TimeUnit::seconds),
+            time_unit_s: self.time_unit,
             ..TableOptions::default()
         }
     }

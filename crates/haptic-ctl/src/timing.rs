@@ -55,7 +55,7 @@ pub(crate) fn histogram(buckets: &[Bucket], width: f64) -> String {
 }
 
 fn block(name: &str, window: &TimingWindow) -> String {
-    let mut rows = vec![[name, "p50", "p99", "p99.9", "max"].map(str::to_owned).to_vec()];
+    let mut rows = vec![output::row([name, "p50", "p99", "p99.9", "max"])];
     for (what, percentiles) in [
         ("wake-up latency", &window.wake_latency_ns),
         ("tick", &window.tick_ns),
@@ -93,7 +93,7 @@ fn stops(stops: &StopTimes) -> Option<String> {
         return None;
     }
     let rows = [
-        ["stops", "p50", "p99", "p99.9", "max"].map(str::to_owned).to_vec(),
+        output::row(["stops", "p50", "p99", "p99.9", "max"]),
         row("to zero force written", &stops.to_written_ns),
         row("to motor off confirmed", &stops.to_confirmed_ns),
     ];

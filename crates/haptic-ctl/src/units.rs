@@ -1,5 +1,6 @@
-//! Values with units: `500g`, `2mm/s`, `25N/mm`; rates, and durations: `50ms`, `5s`, `1.5min`.
+//! Values with units: `500g`, `2mm/s`, `25N/mm`; rates, and durations: `50ms`, `5s`, `1.5min`; and words for values.
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use haptic_core::ParameterKey;
 use haptic_ipc::quantity::{self, BadQuantity};
 use std::time::Duration;
@@ -44,6 +45,16 @@ pub(crate) fn duration(text: &str) -> Result<Duration, String> {
     Duration::try_from(read).map_err(|_| format!("`{text}` is negative: a duration is 0s or more, as in 50ms"))
 }
 
+/// Takes one of some words, each of which stands for a value.
+pub(crate) fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
+    words: [(&'static str, T); N],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(words.map(|(word, _)| word)).try_map(move |given| {
+        let found = words.iter().find(|(word, _)| *word == given);
+        found.map(|(_, value)| *value).ok_or("unknown word")
+    })
+}
+
 /// A unit behind a number: a bare number has none.
 pub(crate) fn shown(si: &str) -> &str {
     if si == "1" { "" } else { si }
@@ -65,14 +76,8 @@ mod tests {
     fn values_are_read_in_the_units_of_their_parameters() {
         for (name, text, expected) in [
             ("mass", "500g", 0.5),
-            ("M", "7g", 0.007),
-            ("DV", "2mm/s", 0.002),
             ("K", "25N/mm", 25_000.0),
             ("Fs+", "4500mN", 4.5),
-            ("Fs-", "+3e0N", 3.0),
-            ("b", "2N·s/mm", 2000.0),
-            ("gamma", "5/s", 5.0),
-            ("zba", "70%", 0.7),
             ("anything", "3", 3.0),
         ] {
             assert_eq!(value(name, text), Ok(expected), "{name}={text}");

@@ -158,19 +158,15 @@ impl Findings {
             Some(_) => "right: a positive effort moves the motor's own encoder in the positive direction",
         };
         let mut rows = vec![
-            ("direction", direction.to_owned()),
-            ("first moved at", self.breakaway_n.shown()),
-            ("friction, drag", self.friction_n.shown()),
-            ("mass", self.mass_for_people()),
+            ("  direction", direction.to_owned()),
+            ("  first moved at", self.breakaway_n.shown()),
+            ("  friction, drag", self.friction_n.shown()),
+            ("  mass", self.mass_for_people()),
         ];
         if self.motor.is_none() {
-            rows.extend([("range", range), ("encoder step", step)]);
+            rows.extend([("  range", range), ("  encoder step", step)]);
         }
-        let rows: Vec<Vec<String>> = rows
-            .into_iter()
-            .map(|(name, value)| vec![format!("  {name}"), value])
-            .collect();
-        output::table(&rows)
+        output::named(rows)
     }
 
     fn mass_for_people(&self) -> String {

@@ -64,6 +64,9 @@ const MAX_PULSES_TO_AN_END: u32 = 80;
 /// Time between two polls of a pulse's end.
 const POLL_PERIOD: Duration = Duration::from_millis(20);
 
+/// Time between two requests while a person is asked: each renews the lease.
+const RENEWAL_PERIOD: Duration = Duration::from_millis(MAX_COMMISSION_LEASE_MS as u64 / 5);
+
 /// Timeout of a pulse beyond its two ramps.
 const PULSE_TIMEOUT: Duration = Duration::from_secs(10);
 
@@ -262,7 +265,7 @@ impl Work<'_> {
         let question = format!("Check {rig} ({firmware}): pushes of {force_n} N, with your hand off it. Go on?");
         self.agree(&question).await?;
         for sign in [1.0, -1.0, 1.0] {
-            self.push(sign * force_n, Some(CHECK_MS)).await?;
+            self.pulse(sign * force_n, Some(CHECK_MS)).await?;
             let status = self.status().await?;
             if status.positive_confirmed && status.negative_confirmed {
                 self.daemon.ask::<StateReply>(Request::CommissionConfirm {}).await?;
@@ -296,15 +299,9 @@ impl Work<'_> {
     /// Waits for a line while the commissioning is active; returns whether it says yes.
     async fn answer(&mut self, question: &str, choices: &str) -> Result<bool, Failure> {
         self.console.prompt(question, choices);
-        // Every request renews the lease.
-        let mut renewals = tokio::time::interval(Duration::from_millis(u64::from(MAX_COMMISSION_LEASE_MS) / 5));
         loop {
-            tokio::select! {
-                line = self.console.line() => {
-                    let line = line.unwrap_or_default();
-                    return Ok(choices.is_empty() || ["y", "yes"].contains(&line.trim().to_lowercase().as_str()));
-                }
-                _ = renewals.tick() => {}
+            if let Some(yes) = self.console.answer(RENEWAL_PERIOD).await {
+                return Ok(yes);
             }
             self.status().await?;
         }
@@ -333,13 +330,8 @@ impl Work<'_> {
         Failure::BadRig(format!("the commissioning has ended: {why}{remedy}"))
     }
 
-    /// Gives a pulse, and waits until the rig is idle again.
-    async fn pulse(&mut self, force_n: f64) -> Result<PulseReport, Failure> {
-        self.push(force_n, None).await
-    }
-
-    /// The same of a duration (ms).
-    async fn push(&mut self, force_n: f64, duration_ms: Option<f64>) -> Result<PulseReport, Failure> {
+    /// Gives a pulse, of the daemon's duration where none (ms) is given, and waits until the rig is idle again.
+    async fn pulse(&mut self, force_n: f64, duration_ms: Option<f64>) -> Result<PulseReport, Failure> {
         // A machine that is held up for seconds may lose records; the pulse itself was sound.
         for _ in 0..3 {
             let _: CommissionReply = self
@@ -381,7 +373,7 @@ impl Work<'_> {
         for sign in [1.0, -1.0] {
             let mut force_n = FIRST_SHARE * self.largest_n;
             loop {
-                self.pulse(sign * force_n).await?;
+                self.pulse(sign * force_n, None).await?;
                 let status = self.status().await?;
                 let confirmed = if sign > 0.0 {
                     status.positive_confirmed
@@ -414,7 +406,7 @@ impl Work<'_> {
 
     /// Gives a pulse that surely moves the handle.
     async fn sure_pulse(&mut self, sign: f64) -> Result<PulseReport, Failure> {
-        let report = self.pulse(sign * self.sure_force_n(sign)).await?;
+        let report = self.pulse(sign * self.sure_force_n(sign), None).await?;
         if let Some(friction_n) = report.friction_n {
             let to_m = self.status().await?.position_m;
             self.slides.push(Slide {
@@ -474,14 +466,17 @@ impl Work<'_> {
         }
         // Away from the end: that shows the friction also of a handle that was near the first end.
         self.sure_pulse(1.0).await?;
-        let found = self.status().await?;
-        self.findings.range_m = ends(&found).map(|(least_m, greatest_m)| greatest_m - least_m);
-        Ok(())
+        self.take_range().await
     }
 
     async fn range_by_hand(&mut self) -> Result<(), Failure> {
         let question = "3. Range: the motor is off. Move the handle from one end to the other, then press Enter.";
         self.answer(question, "").await?;
+        self.take_range().await
+    }
+
+    /// Takes the way between the ends where the handle was.
+    async fn take_range(&mut self) -> Result<(), Failure> {
         let found = self.status().await?;
         self.findings.range_m = ends(&found).map(|(least_m, greatest_m)| greatest_m - least_m);
         Ok(())

@@ -57,7 +57,7 @@ impl Condition {
             comparisons: vec![Comparison {
                 field: Field::State,
                 operator: Operator::Equal,
-                value: Value::State(state),
+                value: Value::Word(state.to_string()),
             }],
         }
     }
@@ -182,7 +182,6 @@ fn word(text: &str) -> Result<(&str, &str), String> {
 impl Comparison {
     pub(super) fn matches_word(&self, found: &str) -> bool {
         let equal = match &self.value {
-            Value::State(state) => state.to_string() == found,
             Value::Word(word) => word == found,
             Value::Number(_) => false,
         };

@@ -22,7 +22,6 @@ pub(super) enum Field {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
-    State(RigState),
     Word(String),
     Number(f64),
 }
@@ -123,43 +122,38 @@ fn contacts() -> [(&'static str, i8); 3] {
     [0, 1, -1].map(|direction| (contact(direction), direction))
 }
 
+/// A word of a field, if it is one of those that there are.
+fn known_word(field: &str, word: &str, words: &[String]) -> Result<Value, String> {
+    let known: Vec<&str> = words.iter().map(String::as_str).collect();
+    if known.contains(&word) {
+        return Ok(Value::Word(word.to_owned()));
+    }
+    Err(format!(
+        "{field} = `{word}`: unknown {field}{} the {field}s are {}",
+        meant_or_semicolon(word, &known),
+        known.join(", ")
+    ))
+}
+
 impl Field {
     pub(super) fn value(self, name: &str, word: &str) -> Result<Value, String> {
         match self {
-            Self::State => RigState::ALL
-                .into_iter()
-                .find(|state| state.to_string() == word)
-                .map(Value::State)
-                .ok_or_else(|| {
-                    let states = RigState::ALL.map(|state| state.to_string());
-                    let known: Vec<&str> = states.iter().map(String::as_str).collect();
-                    format!(
-                        "state = `{word}`: unknown state{} the states are {}",
-                        meant_or_semicolon(word, &known),
-                        known.join(", ")
-                    )
-                }),
-            Self::Law if !LAWS.contains(&word) => Err(format!(
-                "law = `{word}`: unknown law{} the laws are {}",
-                meant_or_semicolon(word, &LAWS),
-                LAWS.join(", ")
-            )),
-            Self::Scene | Self::Law => Ok(Value::Word(word.to_owned())),
+            Self::State => known_word("state", word, &words("state")),
+            Self::Law => known_word("law", word, &words("law")),
+            Self::Scene => Ok(Value::Word(word.to_owned())),
             // Units are accepted here as well.
             Self::Parameter(_) => crate::units::value(name, word).map(Value::Number),
-            Self::Sample("contact") if contacts().iter().any(|(known, _)| *known == word) => {
-                let found = contacts().into_iter().find(|(known, _)| *known == word);
-                Ok(Value::Number(found.map_or(0.0, |(_, direction)| direction.into())))
+            Self::Sample("contact") => {
+                let named = contacts().into_iter().find(|(known, _)| *known == word);
+                let number = named.map_or_else(|| word.parse().ok(), |(_, direction)| Some(f64::from(direction)));
+                number
+                    .filter(|number| number.is_finite())
+                    .map(Value::Number)
+                    .ok_or_else(|| {
+                        let words = contacts().map(|(word, _)| format!("`{word}`")).join(", ");
+                        format!("{name} = `{word}` is not a finite number, nor one of {words}")
+                    })
             }
-            Self::Sample("contact") => word
-                .parse()
-                .ok()
-                .filter(|number: &f64| number.is_finite())
-                .map(Value::Number)
-                .ok_or_else(|| {
-                    let words = contacts().map(|(word, _)| format!("`{word}`")).join(", ");
-                    format!("{name} = `{word}` is not a finite number, nor one of {words}")
-                }),
             Self::Sample(_) | Self::SecondAxis(_) | Self::Count(_) => {
                 crate::units::value_in(name, word, unit(name)).map(Value::Number)
             }

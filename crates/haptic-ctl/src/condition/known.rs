@@ -114,15 +114,12 @@ mod tests {
         scene.name = "steel and ice".into();
         Event::State(StateEvent {
             state,
-            fault: None,
             tick: 5,
             revision,
             scene: scene.name.clone(),
             law: "karnopp".into(),
             params: haptic_ipc::params_of(&scene),
-            undo_depth: 0,
-            redo_depth: 0,
-            arrival: None,
+            ..StateEvent::default()
         })
     }
 
@@ -196,8 +193,6 @@ mod tests {
     fn any_sample_of_a_batch_fulfils_it() {
         let batch = || {
             Event::Samples(SamplesEvent {
-                seq: 0,
-                dropped: 0,
                 rows: vec![sample(0.0, 0), sample(0.02, 1), sample(0.0, -1)],
                 ..SamplesEvent::default()
             })

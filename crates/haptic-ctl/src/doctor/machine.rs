@@ -139,9 +139,4 @@ mod tests {
         let fix = check(4_000_000_001).fix.expect("a fix");
         assert!(fix.contains("'4000000001:4000000001 - rtprio 80'"), "{fix}");
     }
-
-    #[test]
-    fn isolation_is_skipped_without_a_daemon() {
-        assert_eq!(isolation(None).level, Level::Skip);
-    }
 }

@@ -20,7 +20,7 @@ const MIN_SHARE: f64 = 0.2;
 pub(crate) struct MotionArguments {
     /// Do not ask for confirmation before the rig moves
     #[arg(long, short, conflicts_with = "file")]
-    yes: bool,
+    pub(super) yes: bool,
 
     /// Largest force on the handle, N, up to half the force limit [default: two fifths of that, or four times
     /// the friction found by commissioning]
@@ -57,7 +57,7 @@ pub(crate) struct MotionArguments {
         value_parser = clap::value_parser!(u32).range(..=100),
         conflicts_with = "file"
     )]
-    resets: u32,
+    pub(super) resets: u32,
 
     /// Keep every tick in this recording
     #[arg(long, value_name = "FILE", conflicts_with = "file")]
@@ -78,15 +78,6 @@ pub(super) struct MotionTicks {
 }
 
 impl MotionArguments {
-    pub(super) fn asks(&self) -> bool {
-        !self.yes
-    }
-
-    /// How often a motion that was interrupted is repeated by itself.
-    pub(super) fn resets(&self) -> u32 {
-        self.resets
-    }
-
     /// Range of the handle, m.
     pub(super) fn range_m(&self) -> Option<f64> {
         self.range_mm.map(|range_mm| 1e-3 * range_mm)

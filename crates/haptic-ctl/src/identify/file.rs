@@ -2,9 +2,9 @@
 
 use super::report;
 use crate::failure::Failure;
+use crate::units::one_of;
 use crate::{progress, table_options};
-use clap::ValueEnum;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::TypedValueParser;
 use haptic_lab::identify::record_file::{self, MovingMass, Source};
 use haptic_lab::identify::{self, Clocks, Directions, ModelKind, Options};
 use haptic_motion::table::{Columns, TableOptions};
@@ -17,22 +17,25 @@ const MAX_SHIFT_MS: f64 = 1e4;
 
 /// Takes the word of a model.
 fn model() -> impl TypedValueParser<Value = ModelKind> {
-    PossibleValuesParser::new(ModelKind::ALL.map(ModelKind::word))
-        .try_map(|word| ModelKind::of_word(&word).ok_or("not a model"))
+    one_of(ModelKind::ALL.map(|model| (model.word(), model)))
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum AlikeOrSeparate {
-    Auto,
-    Alike,
-    Separate,
+/// Takes how friction is told apart by direction.
+fn directions() -> impl TypedValueParser<Value = Directions> {
+    one_of([
+        ("auto", Directions::Auto),
+        ("alike", Directions::Alike),
+        ("separate", Directions::Separate),
+    ])
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Moving {
-    Auto,
-    Block,
-    Device,
+/// Takes which mass of a recording moves.
+fn moving() -> impl TypedValueParser<Value = MovingMass> {
+    one_of([
+        ("auto", MovingMass::Auto),
+        ("block", MovingMass::Block),
+        ("device", MovingMass::Device),
+    ])
 }
 
 /// A shift of the clocks: found by the fit, or known, ms.
@@ -75,8 +78,8 @@ pub(super) struct Wanted {
     offset: Option<f64>,
 
     /// Friction by direction; auto separates it where the record shows a difference
-    #[arg(long, value_enum, default_value = "auto", conflicts_with_all = ["offset", "rig"])]
-    directions: AlikeOrSeparate,
+    #[arg(long, value_parser = directions(), default_value = "auto", conflicts_with_all = ["offset", "rig"])]
+    directions: Directions,
 }
 
 /// A record in a file, and how it is read.
@@ -110,12 +113,12 @@ pub(super) struct Arguments {
     /// Moving mass of a recording [default: device for `identify --run`, else block]
     #[arg(
         long,
-        value_enum,
+        value_parser = moving(),
         default_value = "auto",
         hide_default_value = true,
         requires = "file"
     )]
-    moving: Moving,
+    moving: MovingMass,
 }
 
 impl Wanted {
@@ -123,11 +126,7 @@ impl Wanted {
         Options {
             mass_kg: self.mass,
             offset_n: self.offset,
-            directions: match self.directions {
-                AlikeOrSeparate::Auto => Directions::Auto,
-                AlikeOrSeparate::Alike => Directions::Alike,
-                AlikeOrSeparate::Separate => Directions::Separate,
-            },
+            directions: self.directions,
             ..Options::new(self.model)
         }
     }
@@ -156,11 +155,7 @@ impl Arguments {
                 force_gain: self.force_gain,
                 ..table
             },
-            moving: match self.moving {
-                Moving::Auto => MovingMass::Auto,
-                Moving::Block => MovingMass::Block,
-                Moving::Device => MovingMass::Device,
-            },
+            moving: self.moving,
         }
     }
 }

@@ -115,7 +115,7 @@ fn written(path: &Path, assumptions: &[String]) -> String {
 
 /// The values with their units and intervals, under the names of the columns.
 pub(super) fn rows(found: &Identified) -> Vec<Vec<String>> {
-    let heading = ["", "value", "unit", "95 % interval"].map(str::to_owned).to_vec();
+    let heading = output::row(["", "value", "unit", "95 % interval"]);
     let row = |found: FoundValue| vec![found.what, found.value, found.unit.to_owned(), found.interval];
     [heading]
         .into_iter()

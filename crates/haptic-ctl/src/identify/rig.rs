@@ -38,8 +38,8 @@ pub(super) async fn run(
     absolute_position: bool,
     json: bool,
 ) -> Result<(), Failure> {
-    let console = Console::new("identify --rig", !arguments.asks())?;
-    let mut session = IdentifySession::begin(daemon, console, arguments.range_m(), arguments.resets()).await?;
+    let console = Console::new("identify --rig", arguments.yes)?;
+    let mut session = IdentifySession::begin(daemon, console, arguments.range_m(), arguments.resets).await?;
     session.say("This measures the rig itself: nothing but the handle may be fixed to it.");
     let excited = arguments.excite(&mut session, true).await?;
     let ticks = std::mem::take(&mut session.ticks);

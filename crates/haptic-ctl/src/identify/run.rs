@@ -21,8 +21,8 @@ pub(super) async fn run(
     options: &Options,
     whole: bool,
 ) -> Result<Identification, Failure> {
-    let console = Console::new("identify --run", !arguments.asks())?;
-    let mut session = IdentifySession::begin(daemon, console, arguments.range_m(), arguments.resets()).await?;
+    let console = Console::new("identify --run", arguments.yes)?;
+    let mut session = IdentifySession::begin(daemon, console, arguments.range_m(), arguments.resets).await?;
     let excited = arguments.excite(&mut session, false).await?;
     let stored = session.begun.friction.filter(|_| !whole);
     let mut record = session

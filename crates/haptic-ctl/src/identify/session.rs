@@ -126,12 +126,8 @@ impl<'a> IdentifySession<'a> {
     async fn asked(&mut self, question: &str) -> Result<bool, Failure> {
         self.console.prompt(question, "y/N");
         loop {
-            tokio::select! {
-                line = self.console.line() => {
-                    let answer = line.unwrap_or_default().trim().to_lowercase();
-                    return Ok(["y", "yes"].contains(&answer.as_str()));
-                }
-                () = tokio::time::sleep(POLL_PERIOD) => {}
+            if let Some(yes) = self.console.answer(POLL_PERIOD).await {
+                return Ok(yes);
             }
             self.hear_for(Duration::ZERO).await?;
             // After a fault there is no identification to ask for.

@@ -93,12 +93,10 @@ mod tests {
             device_time_ns: u64::from(sequence) * 1_000_000,
             sample_position_m: f64::from(sequence) * 1e-3,
             command_force_n: force,
-            input_flags: 0,
             ..Sample::default()
         };
         let mut ticks = Ticks::default();
         ticks.take(&SamplesEvent {
-            seq: 0,
             dropped: 3,
             rows: vec![
                 row(7, 1, 0.0),

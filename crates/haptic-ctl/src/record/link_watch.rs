@@ -83,12 +83,8 @@ mod tests {
                 ..Sample::default()
             }
         };
-        let rows = (10..).zip(errors).map(row).collect();
-        let (seq, dropped) = (0, 0);
         Event::Samples(SamplesEvent {
-            seq,
-            dropped,
-            rows,
+            rows: (10..).zip(errors).map(row).collect(),
             ..SamplesEvent::default()
         })
     }

@@ -12,6 +12,7 @@ use crate::condition::{Condition, Observations};
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::recording::summary::Summary;
+use crate::signals::Signals;
 use crate::units::duration;
 use crate::{complete, hint, output, progress, recording, units};
 use clap::ValueHint;
@@ -25,7 +26,6 @@ use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tick_clock::TickClock;
-use tokio::signal::unix::{Signal, SignalKind, signal};
 use upsets::Upsets;
 
 /// For the help text.
@@ -196,29 +196,6 @@ enum End {
     NotWritten(io::Error),
 }
 
-/// The signals that end a recording.
-struct Signals([Signal; 3]);
-
-impl Signals {
-    fn new() -> io::Result<Self> {
-        Ok(Self([
-            signal(SignalKind::interrupt())?,
-            signal(SignalKind::terminate())?,
-            signal(SignalKind::hangup())?,
-        ]))
-    }
-
-    /// Safe to drop half-way.
-    async fn any(&mut self) {
-        let [interrupt, terminate, hang_up] = &mut self.0;
-        tokio::select! {
-            _ = interrupt.recv() => {}
-            _ = terminate.recv() => {}
-            _ = hang_up.recv() => {}
-        }
-    }
-}
-
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
     // Caught from here on, so that the file gets its end.
     let mut signals = Signals::new()?;
@@ -274,7 +251,7 @@ impl RecordSession<'_> {
                         break end;
                     }
                 }
-                () = signals.any() => break End::Interrupted,
+                _ = signals.next() => break End::Interrupted,
             }
         };
         bar.finish_and_clear();
@@ -365,7 +342,7 @@ impl RecordSession<'_> {
             biased;
             written = written => written,
             // Nobody need wait for a disk that hangs.
-            () = signals.any() => return Err(Failure::Interrupted),
+            _ = signals.next() => return Err(Failure::Interrupted),
         };
         let is_streamed = self.arguments.streamed().is_some();
         let totals = match written {
@@ -377,9 +354,9 @@ impl RecordSession<'_> {
         let summary = format!("{}: {}{upsets}{ending}", file.display(), shown(&totals, markers));
         let mut summary_json = recording::as_json(file, &totals);
         summary_json["markers"] = markers.into();
-        summary_json["faults"] = upsets.faults().count().into();
-        summary_json["stops"] = upsets.stops().count().into();
-        summary_json["disconnections"] = upsets.disconnections().count().into();
+        for (name, number) in upsets.counts() {
+            summary_json[name] = number.into();
+        }
         summary_json["complete"] = is_complete.into();
         match (is_streamed, json) {
             (true, true) => eprintln!("{}", output::json_text(&summary_json)?),

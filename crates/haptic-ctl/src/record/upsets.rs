@@ -5,30 +5,18 @@ use crate::recording::summary::is_upset;
 use haptic_ipc::{Event, RigState};
 use std::fmt;
 
+/// The states that something brings about, and what each time is called.
+const KINDS: [(RigState, &str); 3] = [
+    (RigState::Faulted, "fault"),
+    (RigState::Stopped, "stop"),
+    (RigState::Disconnected, "disconnection"),
+];
+
 /// Something that took the force away while the recording ran.
-pub(super) struct Upset {
+struct Upset {
     tick: u64,
-    kind: UpsetKind,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum UpsetKind {
-    Fault(String),
-    Stop,
-    /// The device was gone.
-    Disconnection,
-}
-
-impl UpsetKind {
-    /// That of a state of the rig; `None` for one that is none.
-    fn of(state: RigState, fault: Option<&String>) -> Option<Self> {
-        match state {
-            RigState::Faulted => Some(Self::Fault(fault.map_or_else(|| "faulted".to_owned(), String::clone))),
-            RigState::Stopped => Some(Self::Stop),
-            RigState::Disconnected => Some(Self::Disconnection),
-            _ => None,
-        }
-    }
+    state: RigState,
+    fault: Option<String>,
 }
 
 /// Those of a recording.
@@ -62,30 +50,32 @@ impl Upsets {
             }
             Event::State(event) => {
                 let before = std::mem::replace(&mut self.state, event.state);
-                let kind = UpsetKind::of(event.state, event.fault.as_ref()).filter(|_| is_upset(before, event.state));
-                self.found.extend(kind.map(|kind| Upset { tick: event.tick, kind }));
+                if is_upset(before, event.state) {
+                    self.found.push(Upset {
+                        tick: event.tick,
+                        state: event.state,
+                        fault: event.fault.clone(),
+                    });
+                }
             }
             _ => {}
         }
     }
 
-    /// Those up to the last row.
-    fn recorded(&self) -> impl Iterator<Item = &Upset> {
+    /// Those up to the last row that left the rig in a state.
+    fn of(&self, state: RigState) -> Vec<&Upset> {
         let last = self.ticks.map_or(0, |(_, last)| last);
-        self.found.iter().filter(move |upset| upset.tick <= last)
+        let found = self.found.iter();
+        found
+            .filter(|upset| upset.tick <= last && upset.state == state)
+            .collect()
     }
 
-    pub(super) fn faults(&self) -> impl Iterator<Item = &Upset> {
-        self.recorded()
-            .filter(|upset| matches!(upset.kind, UpsetKind::Fault(_)))
-    }
-
-    pub(super) fn stops(&self) -> impl Iterator<Item = &Upset> {
-        self.recorded().filter(|upset| upset.kind == UpsetKind::Stop)
-    }
-
-    pub(super) fn disconnections(&self) -> impl Iterator<Item = &Upset> {
-        self.recorded().filter(|upset| upset.kind == UpsetKind::Disconnection)
+    /// How often what happened, under the name of several.
+    pub(super) fn counts(&self) -> impl Iterator<Item = (String, usize)> {
+        KINDS
+            .iter()
+            .map(|(state, what)| (format!("{what}s"), self.of(*state).len()))
     }
 
     /// Time from the first row, s.
@@ -98,25 +88,19 @@ impl Upsets {
 
 impl fmt::Display for Upsets {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (what, number, first) in [
-            ("fault", self.faults().count(), self.faults().next()),
-            ("stop", self.stops().count(), self.stops().next()),
-            (
-                "disconnection",
-                self.disconnections().count(),
-                self.disconnections().next(),
-            ),
-        ] {
-            let Some(first) = first else { continue };
-            let which = if number > 1 { ", the first" } else { "" };
-            let cause = match &first.kind {
-                UpsetKind::Fault(cause) => format!(": {cause}"),
-                UpsetKind::Stop | UpsetKind::Disconnection => String::new(),
+        for (state, what) in KINDS {
+            let upsets = self.of(state);
+            let Some(first) = upsets.first() else { continue };
+            let which = if upsets.len() > 1 { ", the first" } else { "" };
+            let cause = match (state, &first.fault) {
+                (RigState::Faulted, None) => ": faulted".to_owned(),
+                (RigState::Faulted, Some(cause)) => format!(": {cause}"),
+                _ => String::new(),
             };
             write!(
                 f,
                 ", {}{which} at {:.3} s{cause}",
-                count(number as u64, what),
+                count(upsets.len() as u64, what),
                 self.at_s(first)
             )?;
         }
@@ -145,13 +129,7 @@ mod tests {
             state,
             fault: fault.map(str::to_owned),
             tick,
-            revision: 1,
-            scene: String::new(),
-            law: String::new(),
-            params: std::collections::BTreeMap::new(),
-            undo_depth: 0,
-            redo_depth: 0,
-            arrival: None,
+            ..StateEvent::default()
         })
     }
 

@@ -1,7 +1,7 @@
 //! `recording export` and `recording repair`: the whole recording once more, in another format, or as far as it can be
 //! read and with an end.
 
-use super::{Output, as_json, as_text, not_copied, not_repaired};
+use super::{Output, as_json, as_text, not_copied, not_repaired, show};
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
@@ -22,10 +22,7 @@ pub(super) fn export(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let bar = progress::busy("exporting");
     let totals = haptic_recording::export(&arguments.file, out, *force).map_err(|error| not_copied(&error))?;
     bar.finish_and_clear();
-    if json {
-        return output::json(&as_json(out, &totals));
-    }
-    output::text(&format!("{}: {}", out.display(), as_text(&totals)))
+    show(out, &totals, json)
 }
 
 pub(super) fn repair(arguments: &Arguments, json: bool) -> Result<(), Failure> {

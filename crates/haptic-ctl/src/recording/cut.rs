@@ -1,10 +1,10 @@
 //! `recording cut`: a part of a recording, as a recording of its own.
 
 use super::summary::{EventKind, Summary};
-use super::{Output, not_copied, unreadable};
+use super::{Output, not_copied, show, unreadable};
 use crate::failure::Failure;
+use crate::progress;
 use crate::units::duration;
-use crate::{output, progress};
 use clap::ValueHint;
 use haptic_core::nearest::meant_or_semicolon;
 use haptic_lab::replay;
@@ -58,10 +58,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let cut = haptic_recording::cut(&arguments.file, out, &Span::Time(span), *force, snapshot.as_ref());
     let totals = cut.map_err(|error| not_copied(&error))?;
     bar.finish_and_clear();
-    if json {
-        return output::json(&super::as_json(out, &totals));
-    }
-    output::text(&format!("{}: {}", out.display(), super::as_text(&totals)))
+    show(out, &totals, json)
 }
 
 /// The servo's state where the part begins, if it follows from the recording.

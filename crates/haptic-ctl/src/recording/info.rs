@@ -67,24 +67,23 @@ fn as_json(arguments: &Arguments, summary: &Summary) -> serde_json::Value {
 fn as_text(arguments: &Arguments, summary: &Summary) -> String {
     let metadata = &summary.metadata;
     let scene = &metadata.scene;
-    let row = |name: &str, value: String| vec![name.to_owned(), value];
     #[expect(clippy::cast_precision_loss, reason = "a size in megabytes")]
     let megabytes = summary.bytes as f64 * 1e-6;
     let mut rows = vec![
-        row(
+        (
             "recording",
             format!("{}: {}, {megabytes:.2} MB", arguments.file.display(), summary.format),
         ),
-        row("begun", when(metadata.started_unix_s, &TimeZone::system())),
-        row(
+        ("begun", when(metadata.started_unix_s, &TimeZone::system())),
+        (
             "by",
             match &metadata.recorded_by {
                 Some(program) => format!("{program}, of {}", metadata.server),
                 None => metadata.server.clone(),
             },
         ),
-        row("device", metadata.device.clone()),
-        row(
+        ("device", metadata.device.clone()),
+        (
             "rate",
             if metadata.rate_hz == metadata.loop_rate_hz {
                 format!("{} Hz, every tick", output::figure(metadata.rate_hz))
@@ -93,7 +92,7 @@ fn as_text(arguments: &Arguments, summary: &Summary) -> String {
                 format!("{rate} Hz, of {ticks} Hz ticks")
             },
         ),
-        row(
+        (
             "scene",
             format!(
                 "{} ({}), revision {}",
@@ -102,34 +101,34 @@ fn as_text(arguments: &Arguments, summary: &Summary) -> String {
                 metadata.revision
             ),
         ),
-        row(
+        (
             "length",
             format!("{:.3} s, {}", summary.length_s(), count(summary.rows, "row")),
         ),
-        row(
+        (
             "ticks",
             summary
                 .ticks
                 .map_or_else(|| "none".to_owned(), |[first, last]| format!("{first} to {last}")),
         ),
-        row("order", order(summary)),
-        row("force", force(summary)),
-        row("faults", faults(summary)),
-        row("lost", lost(summary)),
-        row("missed", count(summary.missed, "period")),
-        row("ending", summary.ending.to_string()),
+        ("order", order(summary)),
+        ("force", force(summary)),
+        ("faults", faults(summary)),
+        ("lost", lost(summary)),
+        ("missed", count(summary.missed, "period")),
+        ("ending", summary.ending.to_string()),
     ];
     if metadata.axes != 1 {
-        let after_device = rows.iter().take_while(|row| row[0] != "rate").count();
-        rows.insert(after_device, row("axes", metadata.axes.to_string()));
+        let after_device = rows.iter().take_while(|(name, _)| *name != "rate").count();
+        rows.insert(after_device, ("axes", metadata.axes.to_string()));
     }
     if let Some(notes) = &metadata.notes {
         rows.extend(notes.lines().enumerate().map(|(index, line)| {
             let name = if index == 0 { "notes" } else { "" };
-            row(name, line.to_owned())
+            (name, line.to_owned())
         }));
     }
-    let mut text = output::table(&rows);
+    let mut text = output::named(rows);
     if !summary.events.is_empty() {
         text.push_str("\n\n");
         text.push_str(&output::table(

@@ -7,7 +7,7 @@ mod info;
 pub(crate) mod summary;
 
 use crate::failure::Failure;
-use crate::output::count;
+use crate::output::{self, count};
 use clap::ValueHint;
 use haptic_recording::{CopyError, CreateError, RecordingError, Totals};
 use serde_json::{Value, json};
@@ -78,6 +78,14 @@ pub(crate) fn not_repaired(error: &CopyError) -> Failure {
         }
         _ => Failure::Usage(error.to_string()),
     }
+}
+
+/// Tells what was written.
+fn show(out: &Path, totals: &Totals, json: bool) -> Result<(), Failure> {
+    if json {
+        return output::json(&as_json(out, totals));
+    }
+    output::text(&format!("{}: {}", out.display(), as_text(totals)))
 }
 
 /// For programs.

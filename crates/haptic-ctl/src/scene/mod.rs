@@ -133,7 +133,7 @@ async fn list(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), F
     if json {
         return output::json(&reply);
     }
-    let mut rows = vec![["name", "law", "title", "file"].map(str::to_owned).to_vec()];
+    let mut rows = vec![output::row(["name", "law", "title", "file"])];
     rows.extend(reply.scenes.iter().map(|scene| {
         vec![
             scene.name.clone(),

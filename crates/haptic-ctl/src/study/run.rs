@@ -3,6 +3,7 @@
 use super::plan;
 use super::subjects::Subjects;
 use crate::failure::Failure;
+use crate::signals::Signals;
 use crate::{output, progress};
 use clap::{Args, ValueEnum};
 use haptic_ipc::quoted;
@@ -16,7 +17,6 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::signal::unix::{SignalKind, signal};
 
 pub(super) const HELP: &str = "\
 An interrupt ends the study after the trials under way. `haptic-ctl study resume DIR` continues it, also after a \
@@ -142,9 +142,7 @@ async fn go_on(study: Study, folder: &Path, as_json: bool) -> Result<(), Failure
     }
     let progress = Arc::new(Progress::default());
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut hang_up = signal(SignalKind::hangup())?;
+    let mut signals = Signals::new()?;
     let began = Instant::now();
     let watched = Arc::clone(&progress);
     let mut work = tokio::task::spawn_blocking(move || run::run(&study, threads, &watched));
@@ -158,9 +156,7 @@ async fn go_on(study: Study, folder: &Path, as_json: bool) -> Result<(), Failure
                 bar.set_position(position as u64);
                 bar.set_message(under_way(trials, &progress, subjects, began.elapsed().as_secs_f64()));
             }
-            _ = interrupt.recv() => progress.stop(),
-            _ = terminate.recv() => progress.stop(),
-            _ = hang_up.recv() => progress.stop(),
+            _ = signals.next() => progress.stop(),
         }
     };
     bar.finish_and_clear();

@@ -243,17 +243,8 @@ mod tests {
                 tick: k,
                 t_s: 0.02 * f64::from(u32::try_from(k).expect("small")),
                 state: RigState::Engaged,
-                contact: 1,
                 device_position_m: 0.03,
-                device_velocity_mps: 0.0,
-                block_position_m: 0.0,
-                block_velocity_mps: 0.0,
-                coupling_force_n: 0.0,
                 command_force_n: -25.0,
-                revision: 1,
-                wake_latency_ns: 0,
-                tick_ns: 0,
-                device_round_trip_ns: 0,
                 ..Sample::default()
             })
             .collect();
@@ -271,7 +262,6 @@ mod tests {
         };
         for event in [
             Event::Samples(SamplesEvent {
-                seq: 0,
                 dropped: 3,
                 rows,
                 ..SamplesEvent::default()
@@ -285,14 +275,9 @@ mod tests {
             Event::State(StateEvent {
                 state: RigState::Faulted,
                 fault: Some("the device sent no new sample for too long".into()),
-                tick: 7,
                 revision: 1,
                 scene: "a scene with a name that is longer than any line on a small terminal can be".into(),
-                law: "karnopp".into(),
-                params: std::collections::BTreeMap::new(),
-                undo_depth: 1,
-                redo_depth: 0,
-                arrival: None,
+                ..StateEvent::default()
             }),
         ] {
             model.take(event);

@@ -12,20 +12,21 @@ mod picture;
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
+use crate::signals::Signals;
 use crate::stop;
 use crossterm::event::{self, Event as TerminalEvent, KeyEvent, KeyEventKind};
 use crossterm::terminal::enable_raw_mode;
 use haptic_ipc::{Request, StateReply, Status, SubscribeReply, Topic, socket_path};
 use model::{Intent, Model, lock};
 use picture::Picture;
+use rustix::process::Signal;
 use serde::de::DeserializeOwned;
-use std::io::{self, IsTerminal};
+use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
-use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc;
 
 /// How often it is asked for what no event reports: the link, the thread, the clients.
@@ -61,32 +62,6 @@ pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>) -> Result<()
     let ended = screen.follow(daemon, &mut signals).await;
     screen.picture.end().await;
     ended
-}
-
-/// The signals that end it.
-struct Signals {
-    interrupt: Signal,
-    terminate: Signal,
-    hang_up: Signal,
-}
-
-impl Signals {
-    fn new() -> io::Result<Self> {
-        Ok(Self {
-            interrupt: signal(SignalKind::interrupt())?,
-            terminate: signal(SignalKind::terminate())?,
-            hang_up: signal(SignalKind::hangup())?,
-        })
-    }
-
-    /// The failure with which a signal ends it. Safe to drop half-way.
-    async fn received(&mut self) -> Failure {
-        tokio::select! {
-            _ = self.interrupt.recv() => Failure::Interrupted,
-            _ = self.terminate.recv() => Failure::Silent(128 + 15),
-            _ = self.hang_up.recv() => Failure::Silent(128 + 1),
-        }
-    }
 }
 
 /// What is shown, and the tasks behind it.
@@ -161,7 +136,10 @@ impl Screen {
                     self.picture.draw_now();
                 },
                 failure = self.picture.failed() => return Err(failure),
-                failure = signals.received() => return Err(failure),
+                signal = signals.next() => return Err(match signal {
+                    Signal::INT => Failure::Interrupted,
+                    other => Failure::Silent(128 + u8::try_from(other.as_raw()).unwrap_or_default()),
+                }),
             }
         }
     }
