@@ -44,7 +44,7 @@ def test_a_slow_reader_loses_no_sample(rig: hapticd.Rig) -> None:
     assert ticks == list(range(first + 1, first + 2001))
 
 
-def test_a_gap_is_raised_and_the_iteration_goes_on(daemon: hapticd.Fake) -> None:
+def test_a_gap_is_raised_and_the_iteration_goes_on() -> None:
     samples = _fed(on_gap="raise")
     assert next(samples).tick == 10
     assert next(samples).tick == 11

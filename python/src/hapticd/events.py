@@ -27,14 +27,10 @@ class Events(Closing):
         return self
 
     def __next__(self) -> dict[str, Any]:
-        """The next event.
+        """The next event. See `get`."""
+        return self.get()
 
-        Raises:
-            ConnectionLost: The connection to the daemon is closed.
-        """
-        return self._queue.get()
-
-    def get(self, timeout_s: float) -> dict[str, Any]:
+    def get(self, timeout_s: float | None = None) -> dict[str, Any]:
         """The next event.
 
         Raises:

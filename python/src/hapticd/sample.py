@@ -16,6 +16,8 @@ State: TypeAlias = Literal["disconnected", "idle", "engaging", "engaged", "relea
 STATES: tuple[State, ...] = get_args(State)
 """The states of the rig; a recording in MCAP holds their places in this list."""
 
+PLACES = {state: place for place, state in enumerate(STATES)}
+
 
 def checked_state(state: str) -> State:
     """A state by its name.

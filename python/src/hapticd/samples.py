@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from hapticd.change import given
 from hapticd.closing import Closing
 from hapticd.errors import Faulted, HapticdError, Refused, SamplesLost, Stopped, invalid
-from hapticd.sample import COLUMNS, STATES, Sample, State, dtype_of, kind_of, of_row
+from hapticd.sample import COLUMNS, PLACES, Sample, State, dtype_of, kind_of, of_row
 from hapticd.subscription import Queue, subscribe
 
 if TYPE_CHECKING:
@@ -146,12 +146,7 @@ class Samples(_Subscriber):
         return self
 
     def __next__(self) -> Sample:
-        """The next sample.
-
-        Raises:
-            SamplesLost: Samples are missing before the next one.
-            ConnectionLost: The connection to the daemon is closed.
-        """
+        """The next sample. See `get`."""
         return self.get()
 
     def get(self, timeout_s: float | None = None) -> Sample:
@@ -315,11 +310,10 @@ class Buffer(_Subscriber):
         return taken
 
 
-_PLACES = {state: place for place, state in enumerate(STATES)}
 _STATE = COLUMNS.index("state")
 
 
 def cells(row: list[Any], kind: type[Sample]) -> tuple[Any, ...]:
     """A row for an array of `dtype_of`."""
     sample = of_row(row, kind)
-    return (*sample[:_STATE], _PLACES[sample.state], *sample[_STATE + 1 :])
+    return (*sample[:_STATE], PLACES[sample.state], *sample[_STATE + 1 :])

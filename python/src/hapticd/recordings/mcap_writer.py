@@ -16,7 +16,7 @@ from typing import Any, BinaryIO
 
 from hapticd.recordings.metadata import to_fields, version
 from hapticd.recordings.sink import Sink
-from hapticd.sample import DTYPES, STATES, Sample
+from hapticd.sample import DTYPES, PLACES, Sample
 
 _MAGIC = b"\x89MCAP0\r\n"
 _HEADER, _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06
@@ -35,7 +35,6 @@ _TYPES = {
 }
 
 _CDR_HEADER = b"\x00\x01\x00\x00"
-_PLACES = {state: place for place, state in enumerate(STATES)}
 
 _MARK_SCHEMA = {
     "title": "Mark",
@@ -81,7 +80,7 @@ class McapWriter(Sink):
             self._first_s = sample.t_s
         self._time_ns = round(self._started_s * 1e9) + round((sample.t_s - self._first_s) * 1e9)
         self._tick = sample.tick
-        cells = self._cells(sample._replace(state=_PLACES[sample.state]))  # type: ignore[arg-type]
+        cells = self._cells(sample._replace(state=PLACES[sample.state]))  # type: ignore[arg-type]
         self._message(_SAMPLES, self._row.pack(_CDR_HEADER, *cells))
 
     def mark(self, mark: Mapping[str, Any]) -> None:
@@ -134,7 +133,7 @@ def _footer(summary_at: int) -> bytes:
 
 def _row_schema(layout: list[str]) -> str:
     lines = ["# A tick of hapticd. The ends of the names are units: s, m, mps (m/s), n (N), ns.", ""]
-    lines += ["# State of the rig", *(f"uint8 {state.upper()}={place}" for state, place in _PLACES.items()), ""]
+    lines += ["# State of the rig", *(f"uint8 {state.upper()}={place}" for state, place in PLACES.items()), ""]
     lines += [f"{_TYPES[DTYPES[name]][0]} {name.lower()}" for name in layout]
     return "\n".join(lines).replace("int8 contact", "int8 contact # 0 stuck, +1 and -1 sliding") + "\n"
 
