@@ -161,23 +161,23 @@ class _Reader:
                 self._marks = number
 
     def _begin(self, schema: str) -> None:
+        self._fields = _layout(self._path, schema, self._kind)
+        self._stride = _MESSAGE_HEADER.size + self._fields.pop("")[1]
+        self._record_type = self._row_type(self._stride)
+
+    def _row_type(self, size: int) -> numpy.dtype[numpy.void]:
+        """numpy's type of a row of a size, with its header."""
         import numpy
 
-        fields = _layout(self._path, schema, self._kind)
-        self._stride = _MESSAGE_HEADER.size + fields.pop("")[1]
-        self._record_type = numpy.dtype(
+        kinds, places = zip(*self._fields.values(), strict=True)
+        return numpy.dtype(
             {
-                "names": ["head", "cdr", *fields],
-                "formats": [f"V{_HEADER.size + 2}", "V4", *(kind for kind, _ in fields.values())],
-                "offsets": [
-                    0,
-                    _MESSAGE_HEADER.size,
-                    *(at + _MESSAGE_HEADER.size for _, at in fields.values()),
-                ],
-                "itemsize": self._stride,
+                "names": ["head", "cdr", *self._fields],
+                "formats": [f"V{_HEADER.size + 2}", "V4", *kinds],
+                "offsets": [0, _MESSAGE_HEADER.size, *(_MESSAGE_HEADER.size + at for at in places)],
+                "itemsize": size,
             }
         )
-        self._fields = list(fields)
 
     def _take_rows(self, records: memoryview, stride: int) -> int:
         """Takes the rows that follow one another; returns how many bytes they are."""
@@ -187,7 +187,7 @@ class _Reader:
             raise metadata.damaged(self._path, f"a row of {stride} bytes in place of {self._stride}")
         if stride > self._stride:
             # Padding at the end of a row.
-            self._record_type = _widened(self._record_type, stride)
+            self._record_type = self._row_type(stride)
             self._stride = stride
         rows = numpy.frombuffer(records, self._record_type, len(records) // stride)
         others = numpy.flatnonzero(rows["head"] != rows["head"][0])
@@ -244,14 +244,6 @@ def _layout(path: Path, schema: str, rows: type[Sample]) -> dict[str, tuple[str,
             raise NotARecording(f"{path}: there is no field `{name.lower()}`")
     fields[""] = ("", size)
     return fields
-
-
-def _widened(kind: numpy.dtype[numpy.void], size: int) -> numpy.dtype[numpy.void]:
-    import numpy
-
-    assert kind.fields is not None and kind.names is not None
-    formats, offsets = zip(*(kind.fields[name][:2] for name in kind.names), strict=True)
-    return numpy.dtype({"names": kind.names, "formats": formats, "offsets": offsets, "itemsize": size})
 
 
 def _text(data: bytes) -> tuple[str, bytes]:
