@@ -95,7 +95,6 @@ fn show(reply: &ChangeReply, is_set: bool) -> Result<(), Failure> {
     notes(&reply.advice)
 }
 
-/// Prints advice on a scene.
 pub(crate) fn notes(advice: &[Advice]) -> Result<(), Failure> {
     advice
         .iter()

@@ -36,7 +36,6 @@ impl Console {
         Ok(Self { lines: Some(lines) })
     }
 
-    /// Whether a person is asked.
     pub(crate) fn asks(&self) -> bool {
         self.lines.is_some()
     }

@@ -11,7 +11,6 @@ const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
 /// How long it may be quiet before it is asked whether it is there.
 const QUIET: Duration = Duration::from_secs(1);
 
-/// A connection.
 pub(crate) struct Daemon {
     client: AsyncClient,
 }
@@ -34,7 +33,6 @@ impl Daemon {
         in_time(AsyncClient::ask_at_once(&path, request)).await
     }
 
-    /// Its greeting.
     pub(crate) fn hello(&self) -> &Hello {
         self.client.hello()
     }
@@ -66,7 +64,6 @@ impl Daemon {
         }
     }
 
-    /// Whether it answers within a time.
     pub(crate) async fn answers_within(&mut self, time: Duration) -> bool {
         let asked = self.client.request::<IgnoredAny>(are_you_there());
         tokio::time::timeout(time, asked).await.is_ok()

@@ -18,7 +18,6 @@ pub(crate) struct Arguments {
     pub(crate) scene: Option<String>,
 }
 
-/// Describes the active scene.
 pub(crate) async fn active(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
     let description: Description = daemon.ask(Request::Describe {}).await?;
     show(&description, json)

@@ -39,7 +39,6 @@ impl EngageArguments {
     }
 }
 
-/// The help of `reload`.
 pub(crate) const RELOAD_HELP: &str = "\
 Only limits take effect, and none if the file has a wrong value. Options that need a restart, and files of the \
 library that hold no scene, are named.

@@ -126,7 +126,6 @@ impl Failure {
         }
     }
 
-    /// The exit code.
     pub(crate) fn exit_code(&self) -> u8 {
         self.code().0
     }

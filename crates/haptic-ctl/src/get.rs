@@ -26,7 +26,6 @@ impl Arguments {
         Ok(Request::Get { scene })
     }
 
-    /// The parameter that is asked for.
     fn parameter(&self) -> Option<ParameterKey> {
         self.scene.as_ref()?.parse().ok()
     }
@@ -89,7 +88,6 @@ fn with_parameter_meant(arguments: &Arguments, failure: Failure) -> Failure {
     }
 }
 
-/// Prints the value of one parameter.
 fn show_one(reply: &SceneReply, key: ParameterKey, json: bool) -> Result<(), Failure> {
     let info = key.parameter.info();
     let Some(value) = reply.params.get(info.name) else {

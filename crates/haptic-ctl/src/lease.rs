@@ -13,7 +13,6 @@ use std::process::ExitStatus;
 use std::time::Duration;
 use tokio::process::{Child, Command};
 
-/// For the help text.
 pub(crate) const HELP: &str = "\
 The exit code is the command's; after 0 the rig stays as it is, and 6 says that the lease had lapsed meanwhile. \
 SIGTERM, SIGHUP and a SIGINT that is not the terminal's are passed on; the command of a killed haptic-ctl gets SIGTERM.

@@ -9,7 +9,6 @@ use haptic_ipc::{Event, JournalEntry, LogReply, Request, Sample, SampleY, Sample
 use jiff::tz::TimeZone;
 use serde_json::{Value, json};
 
-/// For the help text.
 pub(crate) const HELP: &str = "\
 Examples:
   haptic-ctl log -n 5                        the newest 5 entries of the journal

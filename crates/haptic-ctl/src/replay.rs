@@ -18,7 +18,6 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// The end of the help.
 pub(crate) const HELP: &str = "\
 A recording holds a snapshot of the servo before its first row, after every gap and every ten seconds.
 
@@ -150,7 +149,6 @@ fn compare(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     }
 }
 
-/// Ticks a second since a time.
 fn rate(ticks: u64, began: Instant) -> f64 {
     (ticks as f64 / began.elapsed().as_secs_f64().max(1e-9)).round()
 }
@@ -300,7 +298,6 @@ fn force(x_n: f64, y_n: Option<f64>) -> String {
     }
 }
 
-/// The file of both forces.
 struct Forces<'a>(TableFile<'a>);
 
 impl<'a> Forces<'a> {

@@ -107,7 +107,6 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: b
     ))
 }
 
-/// What is reported of a run.
 struct Summary {
     ticks: usize,
     events: usize,

@@ -37,7 +37,6 @@ fn force(status: &Status) -> String {
     format!("{:.3} N{}", status.force_on_hand_n(), parts.unwrap_or_default())
 }
 
-/// The state of the rig, its force and its scene.
 fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
     let mut rows = vec![("state", state(status.state))];
     rows.extend(status.fault.clone().map(|fault| ("fault", fault)));
@@ -151,7 +150,6 @@ pub(crate) fn rig_friction(known: &RigFrictionStatus) -> String {
     text
 }
 
-/// The loop, its thread, and the daemon around it.
 fn loop_rows(status: &Status) -> Vec<(&'static str, String)> {
     let real_time = &status.real_time;
     let mut rows = vec![
@@ -201,7 +199,6 @@ fn state(state: RigState) -> String {
     console::paint(&state.to_string(), style)
 }
 
-/// The link to the rig: its device, its delays and its errors.
 fn link_rows(link: &LinkStatus) -> Vec<(&'static str, String)> {
     let mut rows = Vec::new();
     if let Some(device) = &link.device {

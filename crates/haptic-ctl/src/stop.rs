@@ -35,7 +35,6 @@ impl NamedRig<'_> {
 
 /// Time without an answer to a stop after which a warning says what to do.
 pub(crate) const ALARM: Duration = Duration::from_millis(300);
-/// The warning.
 pub(crate) const NO_ANSWER_YET: &str = "no answer yet: if the motor pulls, cut its power";
 /// Time after a refusal for want of room.
 const ASK_AGAIN: Duration = Duration::from_millis(5);

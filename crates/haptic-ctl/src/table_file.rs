@@ -48,7 +48,6 @@ pub(crate) fn refuse_overwriting<'a>(out: &Path, mut others: impl Iterator<Item 
 }
 
 impl<'a> TableFile<'a> {
-    /// Creates a table.
     pub(crate) fn create(path: &'a Path, replace: bool) -> Result<Self, Failure> {
         check(path, replace)?;
         let is_new = !replace && !path.exists();

@@ -20,7 +20,6 @@ pub(crate) struct Arguments {
     timeout: Option<Duration>,
 }
 
-/// The text below the options.
 pub(crate) fn help() -> String {
     format!(
         "Fields: {}; and the parameters of the scene by name or symbol. Numbers may have units \

@@ -36,8 +36,7 @@ impl Pair {
     }
 }
 
-/// What was found.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Findings {
     pub(super) rig: String,
     pub(super) firmware: String,
@@ -114,18 +113,8 @@ impl Findings {
             firmware: begun.firmware.clone(),
             motor: begun.motor,
             sign: 1,
-            breakaway_n: Pair::default(),
-            friction_n: Pair::default(),
-            mass: None,
-            identified_mass_kg: None,
-            range_m: None,
             resolution_m: begun.resolution_m,
-            step_m: None,
-            pulses: 0,
-            path: None,
-            coupling: None,
-            coupling_masses_kg: None,
-            scene_revision: None,
+            ..Self::default()
         }
     }
 

@@ -14,7 +14,6 @@ use haptic_ipc::{
 };
 use std::time::{Duration, Instant};
 
-/// For the help text.
 pub(crate) const HELP: &str = "\
 Keep a hand on the motor's power switch.
 
@@ -162,7 +161,6 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     work.findings.show(json)
 }
 
-/// A commissioning under way.
 struct Work<'a> {
     daemon: &'a mut Daemon,
     console: Console,
@@ -287,7 +285,6 @@ impl Work<'_> {
         output::unless_quiet(&format!("{rig} ({firmware}) moves as it was commissioned"))
     }
 
-    /// Asks whether to continue.
     async fn agree(&mut self, question: &str) -> Result<(), Failure> {
         if self.console.asks() && !self.answer(question, "y/N").await? {
             self.console.say("Nothing is kept.");
@@ -307,7 +304,6 @@ impl Work<'_> {
         }
     }
 
-    /// The state of the commissioning.
     async fn status(&mut self) -> Result<CommissionReply, Failure> {
         let status: CommissionReply = self.daemon.ask(Request::CommissionStatus {}).await?;
         match &status.ended {
@@ -404,7 +400,6 @@ impl Work<'_> {
         breakaway_n.map_or(self.largest_n, |force_n| (SURE_FACTOR * force_n).min(self.largest_n))
     }
 
-    /// Gives a pulse that surely moves the handle.
     async fn sure_pulse(&mut self, sign: f64) -> Result<PulseReport, Failure> {
         let report = self.pulse(sign * self.sure_force_n(sign), None).await?;
         if let Some(friction_n) = report.friction_n {

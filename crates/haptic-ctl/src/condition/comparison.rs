@@ -5,7 +5,6 @@ use haptic_ipc::{RigState, Topic};
 use std::fmt;
 use std::str::FromStr;
 
-/// A condition.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Condition {
     text: String,
@@ -50,7 +49,6 @@ const ZERO_WITHOUT_FORCE: [&str; 5] = [
 ];
 
 impl Condition {
-    /// The condition that the rig is in a state.
     pub(crate) fn in_state(state: RigState) -> Self {
         Self {
             text: format!("state={state}"),

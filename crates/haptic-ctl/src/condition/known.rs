@@ -133,6 +133,14 @@ mod tests {
         }
     }
 
+    fn batch(rows: &[Sample], rows_y: &[SampleY]) -> Event {
+        Event::Samples(SamplesEvent {
+            rows: rows.to_vec(),
+            rows_y: rows_y.to_vec(),
+            ..SamplesEvent::default()
+        })
+    }
+
     fn condition(text: &str) -> Condition {
         text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
     }
@@ -164,21 +172,16 @@ mod tests {
     #[test]
     fn fault_ends_wait_for_force_after_all_samples_before_it() {
         let force = condition("command_force_N>1N");
-        let batch = |tick: u64| {
-            Event::Samples(SamplesEvent {
-                rows: vec![Sample {
-                    tick,
-                    ..Sample::default()
-                }],
-                ..SamplesEvent::default()
-            })
+        let row = |tick| Sample {
+            tick,
+            ..Sample::default()
         };
         let mut known = Observations::default();
         assert!(!known.take(state(RigState::Faulted, 1), &force));
         assert_eq!(known.halt(&force), None, "no sample is known");
-        known.take(batch(4), &force);
+        known.take(batch(&[row(4)], &[]), &force);
         assert_eq!(known.halt(&force), None, "the sample is older than the fault");
-        known.take(batch(5), &force);
+        known.take(batch(&[row(5)], &[]), &force);
         assert!(known.halt(&force).is_some());
         assert_eq!(
             known.halt(&condition("device_position_m>1cm")),
@@ -191,12 +194,7 @@ mod tests {
 
     #[test]
     fn any_sample_of_a_batch_fulfils_it() {
-        let batch = || {
-            Event::Samples(SamplesEvent {
-                rows: vec![sample(0.0, 0), sample(0.02, 1), sample(0.0, -1)],
-                ..SamplesEvent::default()
-            })
-        };
+        let rows = [sample(0.0, 0), sample(0.02, 1), sample(0.0, -1)];
         for (text, holds) in [
             ("device_position_m>0.01", true),
             ("device_position_m>0.01 and contact=1", true),
@@ -209,7 +207,11 @@ mod tests {
             ("state=engaged and contact=-1", true),
             ("overruns=0", false),
         ] {
-            assert_eq!(Observations::default().take(batch(), &condition(text)), holds, "{text}");
+            assert_eq!(
+                Observations::default().take(batch(&rows, &[]), &condition(text)),
+                holds,
+                "{text}"
+            );
         }
     }
 
@@ -220,13 +222,7 @@ mod tests {
             command_force_n: -2.0,
             ..SampleY::default()
         };
-        let batch = |rows_y| {
-            Event::Samples(SamplesEvent {
-                rows: vec![sample(0.0, 0)],
-                rows_y,
-                ..SamplesEvent::default()
-            })
-        };
+        let rows = [sample(0.0, 0)];
         for (text, holds) in [
             ("device_position_y_m>2cm and contact=0", true),
             ("device_position_y_m>=30mm and command_force_y_N<-1N", true),
@@ -235,9 +231,9 @@ mod tests {
         ] {
             let condition = condition(text);
             assert_eq!(condition.topics(), [Topic::State, Topic::Samples], "{text}");
-            let of_plane = Observations::default().take(batch(vec![y]), &condition);
+            let of_plane = Observations::default().take(batch(&rows, &[y]), &condition);
             assert_eq!(of_plane, holds, "{text}");
-            assert!(!Observations::default().take(batch(Vec::new()), &condition), "{text}");
+            assert!(!Observations::default().take(batch(&rows, &[]), &condition), "{text}");
             assert!(condition.check_axes(2).is_ok(), "{text}");
             let refusal = condition.check_axes(1).expect_err(text);
             assert!(refusal.contains("_y_") && refusal.contains("one axis"), "{refusal}");

@@ -12,7 +12,6 @@ pub(super) enum Level {
     Fail,
 }
 
-/// The result of a check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(super) struct Check {
     pub(super) check: &'static str,

@@ -38,7 +38,6 @@ const ATTEMPTS: usize = 3;
 /// Least travel that a motion may have, m.
 const MIN_TRAVEL_M: f64 = 1e-4;
 
-/// An identification under way.
 pub(super) struct IdentifySession<'a> {
     daemon: &'a mut Daemon,
     console: Console,
@@ -104,7 +103,6 @@ impl<'a> IdentifySession<'a> {
         Ok(advice.basis.map_or(0.0, |basis| 1e-6 * basis.delay_us) + self.period_s)
     }
 
-    /// Says something to the person.
     pub(super) fn say(&self, text: &str) {
         self.console.say(text);
     }

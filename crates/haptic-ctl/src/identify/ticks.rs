@@ -22,12 +22,10 @@ impl Ticks {
             .truncate(self.rows.partition_point(|row| Some(row.tick) <= tick));
     }
 
-    /// Those after a tick.
     pub(super) fn after(&self, tick: Option<u64>) -> &[Sample] {
         &self.rows[self.rows.partition_point(|row| Some(row.tick) <= tick)..]
     }
 
-    /// The newest tick.
     pub(super) fn newest(&self) -> Option<u64> {
         self.rows.last().map(|row| row.tick)
     }

@@ -28,7 +28,6 @@ use std::time::Duration;
 use tick_clock::TickClock;
 use upsets::Upsets;
 
-/// For the help text.
 pub(crate) const HELP: &str = "\
 The file's ending is its format: .mcap for robotics tools, .csv for any program, .parquet for the smallest file.
 

@@ -84,7 +84,6 @@ impl RecordingUnderWay {
         })
     }
 
-    /// Takes an event.
     pub(crate) fn event(&mut self, event: &Event) {
         if let Event::Samples(samples) = event {
             self.first_s = self.first_s.or(samples.rows.first().map(|row| row.t_s));
@@ -93,7 +92,6 @@ impl RecordingUnderWay {
         self.thread.event(event);
     }
 
-    /// Takes a mark.
     pub(crate) fn mark(&self, mark: Mark) {
         self.thread.mark(mark);
     }

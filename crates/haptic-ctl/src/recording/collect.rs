@@ -10,7 +10,6 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// For the help text.
 pub(super) const HELP: &str = "\
 Each recording becomes a file rig=NAME/date=YYYY-MM-DD/HHMMSS-FILE.parquet of the set, by its beginning (UTC). If one \
 of the files exists, none is written.

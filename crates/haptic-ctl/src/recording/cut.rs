@@ -13,7 +13,6 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// For the help text.
 pub(super) const HELP: &str = "\
 Times are from the recording's first row; the row at the end is left out. Where it can, the part begins with a \
 snapshot of the servo, for `haptic-ctl replay`.

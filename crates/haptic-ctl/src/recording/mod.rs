@@ -88,7 +88,6 @@ fn show(out: &Path, totals: &Totals, json: bool) -> Result<(), Failure> {
     output::text(&format!("{}: {}", out.display(), as_text(totals)))
 }
 
-/// For programs.
 pub(crate) fn as_json(file: &Path, totals: &Totals) -> Value {
     json!({
         "file": file,

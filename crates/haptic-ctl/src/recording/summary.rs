@@ -43,7 +43,6 @@ struct TickTimes {
 }
 
 impl TickTimes {
-    /// Takes the next row.
     fn take(&mut self, tick: u64, t_s: f64) {
         if self.of(tick).is_none_or(|known_s| (known_s - t_s).abs() > KNOWN_TO_S) {
             self.known.push((tick, t_s));
@@ -59,7 +58,6 @@ impl TickTimes {
     }
 }
 
-/// What a recording holds.
 #[derive(Debug)]
 pub(crate) struct Summary {
     pub(crate) format: Format,
@@ -87,7 +85,6 @@ pub(crate) struct Summary {
     pub(crate) bytes: u64,
 }
 
-/// Something that happened.
 #[derive(Debug, Serialize)]
 pub(crate) struct Event {
     /// Time from the first row, s; of an event before that, zero.

@@ -9,7 +9,6 @@ use haptic_ipc::{ClientError, ErrorCode, Request, SceneListReply, SceneRef};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
-/// The help of an argument that names a scene.
 pub(crate) const HELP: &str = "Scene: NAME, @REVISION or FILE.toml";
 
 /// Reads which scene is meant; a file is read here, and sent whole.

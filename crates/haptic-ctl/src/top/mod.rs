@@ -35,7 +35,6 @@ const STATUS_EVERY: Duration = Duration::from_millis(500);
 /// How long a request that may bring force waits for its answer.
 const WITHDRAWN_AFTER: Duration = Duration::from_secs(2);
 
-/// What was answered.
 enum Answer {
     Status(Box<Status>),
     Moved(Intent, StateReply),
@@ -176,21 +175,16 @@ impl Screen {
                 let mut model = lock(&self.model);
                 model.daemon.status = Some(newest);
                 model.answers();
+                return;
             }
-            Answer::Moved(intent, reply) => {
-                lock(&self.model).moved(intent, &reply);
-                self.picture.draw_now();
-            }
-            Answer::Late => {
-                lock(&self.model).late();
-                self.picture.draw_now();
-            }
+            Answer::Moved(intent, reply) => lock(&self.model).moved(intent, &reply),
+            Answer::Late => lock(&self.model).late(),
             Answer::Refused(intent, failure) => {
                 self.status_pending &= intent != Intent::Look;
                 lock(&self.model).refused(intent, &failure);
-                self.picture.draw_now();
             }
         }
+        self.picture.draw_now();
     }
 }
 
