@@ -1,10 +1,12 @@
-//! Asks the person before each step.
+//! The person at the terminal: answers before each step, signals that end a program, and colours.
 
 use crate::failure::Failure;
 use crate::hint;
 use clap::builder::styling::{AnsiColor, Style};
-use std::io::{BufRead, IsTerminal, Write};
+use rustix::process::Signal;
+use std::io::{self, BufRead, IsTerminal, Write};
 use std::time::Duration;
+use tokio::signal::unix::{self, SignalKind, signal};
 use tokio::sync::mpsc;
 
 /// Questions go to standard error, so that standard output has only the findings.
@@ -62,6 +64,29 @@ impl Console {
         };
         let line = tokio::time::timeout(time, lines.recv()).await.ok()?.unwrap_or_default();
         Some(["y", "yes"].contains(&line.trim().to_lowercase().as_str()))
+    }
+}
+
+/// An interrupt, a request to end and a hang-up: caught from here on.
+pub(crate) struct Signals([(unix::Signal, Signal); 3]);
+
+impl Signals {
+    pub(crate) fn new() -> io::Result<Self> {
+        Ok(Self([
+            (signal(SignalKind::interrupt())?, Signal::INT),
+            (signal(SignalKind::terminate())?, Signal::TERM),
+            (signal(SignalKind::hangup())?, Signal::HUP),
+        ]))
+    }
+
+    /// The next one. Safe to drop half-way.
+    pub(crate) async fn next(&mut self) -> Signal {
+        let [(interrupt, int), (terminate, term), (hang_up, hup)] = &mut self.0;
+        tokio::select! {
+            _ = interrupt.recv() => *int,
+            _ = terminate.recv() => *term,
+            _ = hang_up.recv() => *hup,
+        }
     }
 }
 

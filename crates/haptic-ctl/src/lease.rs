@@ -1,9 +1,9 @@
 //! `lease`: a command as a dead man's switch. The rig is released should haptic-ctl, and with it
 //! the command, die or hang.
 
+use crate::console::Signals;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::signals::Signals;
 use crate::units::duration;
 use haptic_ipc::{JournalEntry, LeaseReply, LogReply, Request};
 use nix::sys::signal::{SigHandler, Signal};

@@ -31,7 +31,6 @@ mod replay;
 mod scene;
 mod schedule;
 mod set;
-mod signals;
 mod simulate;
 mod status;
 mod stick_slip;

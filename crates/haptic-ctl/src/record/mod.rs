@@ -9,10 +9,10 @@ mod upsets;
 pub(crate) use under_way::{RecordingUnderWay, subscribe};
 
 use crate::condition::{Condition, Observations};
+use crate::console::Signals;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::recording::summary::Summary;
-use crate::signals::Signals;
 use crate::units::duration;
 use crate::{complete, hint, output, progress, recording, units};
 use clap::ValueHint;

@@ -2,8 +2,8 @@
 
 use super::plan;
 use super::subjects::Subjects;
+use crate::console::Signals;
 use crate::failure::Failure;
-use crate::signals::Signals;
 use crate::{output, progress};
 use clap::{Args, ValueEnum};
 use haptic_ipc::quoted;

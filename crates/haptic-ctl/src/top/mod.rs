@@ -10,9 +10,9 @@ mod loops;
 mod model;
 mod picture;
 
+use crate::console::Signals;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::signals::Signals;
 use crate::stop;
 use crossterm::event::{self, Event as TerminalEvent, KeyEvent, KeyEventKind};
 use crossterm::terminal::enable_raw_mode;
