@@ -85,7 +85,6 @@ pub(crate) struct Config {
     pub(crate) friction: FrictionOptions,
 }
 
-/// The path in an environment variable.
 fn path_in(variable: &str) -> Option<PathBuf> {
     std::env::var_os(variable)
         .filter(|value| !value.is_empty())
@@ -392,24 +391,6 @@ mod tests {
     }
 
     #[test]
-    fn command_line_overrides_file_and_file_overrides_defaults() {
-        let directory = tempfile::tempdir().expect("a directory");
-        let path = directory.path().join("hapticd.toml");
-        std::fs::write(
-            &path,
-            "device = \"fake\"\nkinematics = \"xy\"\nrate = 2000\nramp-ms = 50\n",
-        )
-        .expect("written");
-        let config = options(&["--config", path.to_str().expect("a plain path"), "--rate", "4000"])
-            .resolve()
-            .expect("it holds");
-        assert_eq!(config.period_ns, 250_000);
-        assert_eq!(config.ramp_s, 0.05);
-        assert!(config.kinematics.is_some());
-        assert_eq!(config.limits.force_n, 20.0);
-    }
-
-    #[test]
     fn a_bad_option_is_refused_by_its_name_value_limit_and_unit() {
         for (arguments, parts) in [
             (vec!["--rate", "50"], vec!["rate", "50", "100", "20000", "Hz"]),
@@ -457,17 +438,6 @@ mod tests {
             );
         }
         assert!(options(&["--demo", "--hand", "mouse"]).resolve().is_ok());
-    }
-
-    #[test]
-    fn an_unknown_name_in_the_file_is_refused() {
-        let directory = tempfile::tempdir().expect("a directory");
-        let path = directory.path().join("hapticd.toml");
-        std::fs::write(&path, "rat = 2000\n").expect("written");
-        let error = options(&["--config", path.to_str().expect("a plain path")])
-            .resolve()
-            .expect_err("no such name");
-        assert!(error.to_string().contains("rat"), "{error}");
     }
 
     #[test]

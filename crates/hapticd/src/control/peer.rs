@@ -193,9 +193,4 @@ mod tests {
         }
         assert!(!is_member(&near, 4_000_000_001));
     }
-
-    #[test]
-    fn a_program_that_is_gone_has_no_name() {
-        assert_eq!(program(i32::MAX), None);
-    }
 }

@@ -80,41 +80,5 @@ pub(crate) enum StopConfirmation {
     Confirmed,
     /// It was sent the zero force, and has not reported in time that its motor is off.
     Unconfirmed,
-    /// No device was connected.
     NoDevice,
-}
-
-// Beside `shared.rs`, which the models compile again.
-#[cfg(test)]
-mod tests {
-    use crate::rt::shared::Shared;
-
-    #[test]
-    fn lease_lapses_on_time_and_silence_counts_from_last_beat() {
-        let shared = Shared::new();
-        assert!(!shared.has_lapsed(u64::MAX), "nobody has a lease");
-        shared.lease_until(1000);
-        assert_eq!(
-            [999, 1000, 1001].map(|now_ns| shared.has_lapsed(now_ns)),
-            [false, false, true]
-        );
-        assert_eq!(shared.silent_ns(5000), 0, "the control thread has not begun");
-        shared.heartbeat(2000);
-        assert_eq!(
-            [1999, 2000, 2001, 5000].map(|now_ns| shared.silent_ns(now_ns)),
-            [0, 0, 1, 3000]
-        );
-    }
-
-    #[test]
-    fn stops_are_counted_and_a_withdrawal_covers_earlier_commands() {
-        let shared = Shared::new();
-        assert_eq!([shared.stop(), shared.stop(), shared.stops()], [1, 2, 2]);
-        assert!(!shared.is_withdrawn(1));
-        shared.withdraw(7);
-        assert_eq!([6, 7, 8].map(|serial| shared.is_withdrawn(serial)), [true, true, false]);
-        assert!(!shared.quitting());
-        shared.quit();
-        assert!(shared.quitting());
-    }
 }

@@ -213,19 +213,4 @@ mod tests {
         assert!(sender.waiting.is_none() && sender.send_all((0..others).map(limits).collect()));
         assert!(!sender.send(limits(others)));
     }
-
-    #[test]
-    fn a_command_engages_the_device_it_names_or_any() {
-        let admits = |connection| {
-            let sent = SentCommand {
-                serial: 1,
-                command: Command::Engage,
-                stops_known: 0,
-                connection,
-                is_of_lapse: false,
-            };
-            [2, 3].map(|connection| sent.admits(connection))
-        };
-        assert_eq!((admits(3), admits(ANY_CONNECTION)), ([false, true], [true, true]));
-    }
 }

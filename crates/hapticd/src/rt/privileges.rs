@@ -252,52 +252,15 @@ mod tests {
         assert_eq!(default_cpu(&[]), None);
     }
 
-    /// Forbids this thread one system call, for ever.
-    #[cfg(not(miri))]
-    fn forbid(call: libc::c_long) -> std::io::Result<()> {
-        let statement = |code: u32, if_not: u8, k: u32| libc::sock_filter {
-            code: u16::try_from(code).unwrap_or(0),
-            jt: 0,
-            jf: if_not,
-            k,
-        };
-        let mut filter = [
-            statement(libc::BPF_LD | libc::BPF_W | libc::BPF_ABS, 0, 0),
-            statement(
-                libc::BPF_JMP | libc::BPF_JEQ | libc::BPF_K,
-                1,
-                u32::try_from(call).expect("a number"),
-            ),
-            statement(
-                libc::BPF_RET | libc::BPF_K,
-                0,
-                libc::SECCOMP_RET_ERRNO | libc::EPERM.cast_unsigned(),
-            ),
-            statement(libc::BPF_RET | libc::BPF_K, 0, libc::SECCOMP_RET_ALLOW),
-        ];
-        let program = libc::sock_fprog {
-            len: 4,
-            filter: filter.as_mut_ptr(),
-        };
-        // SAFETY: plain system calls on this thread, with a valid program, which the kernel copies.
-        let done = unsafe {
-            libc::prctl(libc::PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0
-                && libc::syscall(libc::SYS_seccomp, libc::SECCOMP_SET_MODE_FILTER, 0, &raw const program) == 0
-        };
-        if done {
-            Ok(())
-        } else {
-            Err(std::io::Error::last_os_error())
-        }
-    }
-
     #[test]
-    #[cfg(not(miri))]
+    #[cfg(all(target_os = "linux", not(miri)))]
     fn timers_that_may_be_late_are_reported() {
+        use crate::rt::purity_tests::filter_calls;
         let thread = std::thread::spawn(|| {
             let (mut allowed, mut forbidden) = (RealTimeStatus::default(), RealTimeStatus::default());
             tighten_timers(&mut allowed);
-            forbid(libc::SYS_prctl).ok()?;
+            let refused = libc::SECCOMP_RET_ERRNO | libc::EPERM.cast_unsigned();
+            filter_calls(&[libc::SYS_prctl], refused, libc::SECCOMP_RET_ALLOW).ok()?;
             tighten_timers(&mut forbidden);
             Some((allowed.problems, forbidden.problems))
         });

@@ -118,6 +118,20 @@ fn forbid_system_calls(on_a_link: bool) -> Result<(), std::io::Error> {
         allowed.extend(ALLOWED_ON_A_LINK);
     }
 
+    // SAFETY: a zeroed action is a valid one, and the handler has the signature of one with SA_SIGINFO.
+    unsafe {
+        let mut action: libc::sigaction = std::mem::zeroed();
+        action.sa_sigaction = on_forbidden_call as *const () as usize;
+        action.sa_flags = libc::SA_SIGINFO;
+        if libc::sigaction(libc::SIGSYS, &raw const action, std::ptr::null_mut()) != 0 {
+            return Err(std::io::Error::last_os_error());
+        }
+    }
+    filter_calls(&allowed, libc::SECCOMP_RET_ALLOW, libc::SECCOMP_RET_TRAP)
+}
+
+/// Answers some system calls of this thread in one way and all others in another, for ever.
+pub(super) fn filter_calls(calls: &[libc::c_long], these: u32, others: u32) -> std::io::Result<()> {
     // The statements of linux/filter.h: the call's number is the first word of what a filter sees.
     let statement = |code: u32, k: u32, jt: u8| libc::sock_filter {
         code: u16::try_from(code).unwrap_or(0),
@@ -127,33 +141,26 @@ fn forbid_system_calls(on_a_link: bool) -> Result<(), std::io::Error> {
     };
     let number = |call: libc::c_long| u32::try_from(call).unwrap_or(u32::MAX);
     let mut filter = vec![statement(libc::BPF_LD | libc::BPF_W | libc::BPF_ABS, 0, 0)];
-    for (index, call) in allowed.iter().copied().enumerate() {
+    for (index, call) in calls.iter().copied().enumerate() {
         // To the last statement, over those in between.
-        let over = u8::try_from(allowed.len() - index).unwrap_or(0);
+        let over = u8::try_from(calls.len() - index).unwrap_or(0);
         filter.push(statement(
             libc::BPF_JMP | libc::BPF_JEQ | libc::BPF_K,
             number(call),
             over,
         ));
     }
-    filter.push(statement(libc::BPF_RET | libc::BPF_K, libc::SECCOMP_RET_TRAP, 0));
-    filter.push(statement(libc::BPF_RET | libc::BPF_K, libc::SECCOMP_RET_ALLOW, 0));
+    filter.push(statement(libc::BPF_RET | libc::BPF_K, others, 0));
+    filter.push(statement(libc::BPF_RET | libc::BPF_K, these, 0));
     let program = libc::sock_fprog {
         len: u16::try_from(filter.len()).unwrap_or(0),
         filter: filter.as_mut_ptr(),
     };
-    // SAFETY: plain system calls on this thread, with a valid action and a valid program, which the
-    // kernel copies.
+    // SAFETY: plain system calls on this thread, with a valid program, which the kernel copies.
     let done = unsafe {
-        let mut action: libc::sigaction = std::mem::zeroed();
-        action.sa_sigaction = on_forbidden_call as *const () as usize;
-        action.sa_flags = libc::SA_SIGINFO;
-        libc::sigaction(libc::SIGSYS, &raw const action, std::ptr::null_mut()) == 0
-            && libc::prctl(libc::PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0
+        libc::prctl(libc::PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0
             && libc::syscall(libc::SYS_seccomp, libc::SECCOMP_SET_MODE_FILTER, 0, &raw const program) == 0
     };
-    // What was built here is freed before anybody counts.
-    drop((filter, allowed));
     if done {
         Ok(())
     } else {

@@ -36,7 +36,6 @@ const NEAR_M: f64 = 5e-3;
 /// it has bounced or something else moves it.
 const STRAIGHT: f64 = 1.1;
 
-/// The observed motion of the handle.
 #[derive(Clone, Debug)]
 pub(crate) struct HandleMotion {
     resolution_m: f64,
@@ -393,9 +392,8 @@ mod tests {
         wrong_way_limit_m: 1e-4,
     };
 
-    /// A handle of 1 kg with 0.5 N of friction under a pulse, with the motor's sign; what was found
-    /// and whether it was over in time.
-    fn pushed(sign: f64, gap: bool) -> (HandleMotion, PulseReport, bool) {
+    /// A handle of 1 kg with 0.5 N of friction under a pulse; what was found and whether it was over in time.
+    fn pushed(gap: bool) -> (HandleMotion, PulseReport, bool) {
         let mut motion = HandleMotion::new(1e-5);
         motion.begin_pulse(SHAPE, FIRST_AXIS);
         let (mut position, mut velocity): (f64, f64) = (0.0, 0.0);
@@ -406,12 +404,7 @@ mod tests {
             seen.device_position = (position / 1e-5).round() * 1e-5;
             seen.device_velocity = velocity;
             seen.command_force = force_n;
-            let end = if sign < 0.0 {
-                MotionEnd::WrongWay
-            } else {
-                MotionEnd::Time
-            };
-            seen.motion_end = (tick >= 710).then_some(end);
+            seen.motion_end = (tick >= 710).then_some(MotionEnd::Time);
             if !gap || tick != 600 {
                 motion.take(&seen, None);
             }
@@ -419,7 +412,7 @@ mod tests {
                 over.get_or_insert(tick);
             }
             for _ in 0..100 {
-                let free = velocity + force_n * sign * 1e-5;
+                let free = velocity + force_n * 1e-5;
                 velocity = if free.abs() <= 0.5e-5 {
                     0.0
                 } else {
@@ -435,7 +428,7 @@ mod tests {
 
     #[test]
     fn friction_is_the_work_by_the_distance() {
-        let (motion, report, is_confirmed) = pushed(1.0, false);
+        let (motion, report, is_confirmed) = pushed(false);
         let friction_n = report.friction_n.expect("it moved");
         assert!((friction_n - 0.5).abs() < 0.01, "{report:?}");
         let mass_kg = report.mass_kg.expect("it was fast");
@@ -447,11 +440,8 @@ mod tests {
     }
 
     #[test]
-    fn the_wrong_way_is_reported_and_a_gap_shows_nothing() {
-        let (_, report, is_confirmed) = pushed(-1.0, false);
-        assert_eq!((report.end, report.friction_n), (PulseEnd::WrongWay, None));
-        assert!(!is_confirmed);
-        let (_, report, is_confirmed) = pushed(1.0, true);
+    fn a_gap_shows_nothing() {
+        let (_, report, is_confirmed) = pushed(true);
         assert_eq!((report.end, report.friction_n), (PulseEnd::Unrecorded, None));
         assert!(!is_confirmed);
     }

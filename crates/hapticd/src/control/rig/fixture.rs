@@ -4,18 +4,15 @@ use crate::config::{Configuration, EngageRules, FrictionOptions};
 use crate::control::RigHandle;
 use crate::control::facts::Facts;
 use crate::rt::handoff::{LoopSide, hand_over};
+use crate::rt::tick::tests::SETTINGS;
 use device_io::Address;
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
-use haptic_core::passivity::RigLosses;
 use haptic_core::servo::Settings;
-use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
 use haptic_ipc::RealTimeStatus;
 use std::cell::Cell;
 use std::time::Duration;
-
-const PERIOD_S: f64 = 1e-3;
 
 fn facts() -> Facts {
     Facts {
@@ -24,31 +21,21 @@ fn facts() -> Facts {
         device: String::new(),
         address: device_boards::Address::Native(Address::Fake),
         servo: Cell::new(Settings {
-            period_s: PERIOD_S,
             ramp_s: 0.1,
             limits: Limits {
-                force_n: 20.0,
                 slew_n_per_s: 5000.0,
-                speed_mps: 5.0,
                 acceleration_mps2: 2000.0,
+                ..SETTINGS.limits
             },
-            losses: RigLosses {
-                damping: 0.0,
-                friction: 0.0,
-            },
-            passivity_control_n: 0.0,
-            velocity: Method::AlphaBetaGamma,
             stale_ns: 20_000_000,
             stop_button: None,
-            enable_button: None,
-            workspace: None,
-            compensation: None,
+            ..SETTINGS
         }),
         configuration: Configuration::default(),
         _awake: None,
         share: None,
         rig: RigFacts {
-            period_s: PERIOD_S,
+            period_s: SETTINGS.period_s,
             sample_period_s: 0.0,
             delay_s: 0.0,
             mass: None,

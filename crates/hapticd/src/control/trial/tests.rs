@@ -3,19 +3,18 @@
 use super::course::TrialRig;
 use super::gentler::{FACTOR, gentler, rounded_down, stable_stiffness, stiffest_coupling};
 use super::{LIGHT_RIG_KG, MAX_SIGN_CHANGES_PER_S, Trial, TrialHand, worst_trial};
+use crate::rt::tick::tests::SETTINGS;
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
 use haptic_core::scene::Coupling;
 use haptic_core::servo::Settings;
-use haptic_core::{Directional, Scene, Scheme, velocity};
+use haptic_core::{Directional, Scene, Scheme};
 
 /// A rig that is read and written in the same tick, at 1 kHz.
 fn rig(mass_kg: f64, friction_n: f64, force_limit_n: f64) -> TrialRig {
     TrialRig {
         settings: Settings {
-            workspace: None,
-            period_s: 1e-3,
             ramp_s: 0.2,
             limits: Limits {
                 force_n: force_limit_n,
@@ -25,12 +24,9 @@ fn rig(mass_kg: f64, friction_n: f64, force_limit_n: f64) -> TrialRig {
                 damping: 0.0,
                 friction: friction_n,
             },
-            passivity_control_n: 0.0,
-            velocity: velocity::Method::default(),
             stale_ns: 20_000_000,
-            stop_button: Some(0),
             enable_button: Some(1),
-            compensation: None,
+            ..SETTINGS
         },
         scheme: Scheme::Exact,
         force_limit_n,
@@ -131,6 +127,7 @@ fn what_damps_itself_is_calm() {
         ("the paper's on the fake rig", Scene::paper(), rig(1.4, 0.8, 20.0)),
         ("a damped rig", coupled(1000.0, 10.0), damped),
         ("a light rig behind a link", coupled(1000.0, 10.0), late),
+        ("a rig without force", Scene::paper(), rig(0.1, 0.15, 0.0)),
     ] {
         let trial = worst(&scene, &rig);
         println!("{what}: {trial}");
@@ -230,21 +227,6 @@ fn a_rig_that_would_fault_is_not_calm() {
     slow.settings.limits.speed_mps = 0.02;
     let trial = worst(&Scene::paper(), &slow);
     assert!(trial.is_calm(), "{trial}");
-}
-
-#[test]
-fn a_rig_without_force_is_calm() {
-    let without = TrialRig {
-        force_limit_n: 0.0,
-        ..hapkit()
-    };
-    let trial = worst(&Scene::paper(), &without);
-    assert_eq!(
-        (trial.sign_changes_per_s, trial.greatest_force_n),
-        (0.0, 0.0),
-        "{trial}"
-    );
-    assert!(trial.is_calm());
 }
 
 #[test]

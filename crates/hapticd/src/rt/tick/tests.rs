@@ -36,7 +36,6 @@ struct Scripted {
     /// What the next samples say of the motor.
     motor: Motor,
     buttons: u8,
-    force_limit_n: f64,
     connection: u64,
     /// Of every command, whether the motor was to be enabled.
     enabled: Vec<bool>,
@@ -54,7 +53,7 @@ impl Device for Scripted {
             connection: self.connection,
             is_linked: self.link.is_some(),
             resolution_m: 0.0,
-            force_limit_n: self.force_limit_n,
+            force_limit_n: f64::INFINITY,
         }
     }
 
@@ -120,7 +119,7 @@ const STALE_NS: u64 = 50_000_000;
 const SETTLE: usize = 50;
 
 /// How a test's loop is set, unless the test says otherwise.
-const SETTINGS: Settings = Settings {
+pub(crate) const SETTINGS: Settings = Settings {
     period_s: 1e-3,
     ramp_s: 0.02,
     limits: LIMITS,
@@ -180,7 +179,6 @@ fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64,
         repeats: false,
         motor: Motor::Unreported,
         buttons: 0,
-        force_limit_n: f64::INFINITY,
         connection: 1,
         enabled: Vec::new(),
         link: None,
@@ -228,16 +226,27 @@ impl<D: Device> Bench<D> {
 
     /// A tick that begins so long after the last one.
     fn tick_after(&mut self, after_ns: u64) -> TickRecord {
+        self.run_after(after_ns);
+        let record = self.records.pop().expect("every tick leaves a record");
+        assert!(self.records.pop().is_none(), "one record, and the answers after it");
+        record
+    }
+
+    /// The same, of which nobody takes the record; returns when it ended.
+    fn run_after(&mut self, after_ns: u64) -> u64 {
         self.clock_ns += after_ns;
         let wake = Wake {
             deadline_ns: self.clock_ns,
             began_ns: self.clock_ns,
             asleep_ns: self.asleep_ns,
         };
-        self.tick.run(wake, self.missed_periods);
-        let record = self.records.pop().expect("every tick leaves a record");
-        assert!(self.records.pop().is_none(), "one record, and the answers after it");
-        record
+        self.tick.run(wake, self.missed_periods)
+    }
+
+    /// The scene that a tick renders whose record nobody takes.
+    fn rendered_unread(&mut self) -> u64 {
+        self.run_after(1_000_000);
+        self.tick.scene().revision
     }
 
     fn ticks(&mut self, count: usize) {

@@ -3,75 +3,24 @@
 use super::*;
 use crate::rt::handoff::ANY_CONNECTION;
 use crate::rt::inbox::{RigSetup, SentCommand, ToLoop};
-use std::sync::atomic::AtomicU64;
-use std::sync::atomic::Ordering::SeqCst;
-
-/// A device that another is put in the place of.
-struct Replaced {
-    connection: Arc<AtomicU64>,
-    sequence: u32,
-}
-
-impl Device for Replaced {
-    fn description(&self) -> String {
-        "replaced".to_owned()
-    }
-
-    fn bounds(&self) -> DeviceBounds {
-        DeviceBounds {
-            connection: self.connection.load(SeqCst),
-            ..DeviceBounds::default()
-        }
-    }
-
-    fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
-        self.sequence += 1;
-        Ok(Measurement::new(self.sequence, now_ns, 0.0))
-    }
-
-    fn write(&mut self, _force_n: f64, _enabled: bool) -> Result<Written, DeviceError> {
-        Ok(Written::Taken)
-    }
-}
 
 // hazard: H13
 #[test]
 fn engagement_for_a_replaced_device_is_refused() {
-    let (mut control, loop_side) = hand_over(RECORDS);
-    let connection = Arc::new(AtomicU64::new(1));
-    let device = Replaced {
-        connection: Arc::clone(&connection),
-        sequence: 0,
-    };
-    let mut tick = Tick::new(
-        Box::new(device),
-        loop_side,
-        servo(0.02, compiled(&Scene::paper(), 1)),
-        Lateness::new(LatePolicy::Warn),
-        u64::MAX,
-    );
-    let mut serial = 0;
-    let mut now_ns = 1_000_000_000;
-    let mut engages = |admitted: u64| {
-        serial += 1;
-        assert!(control.inbox.send(engage(serial, admitted, None)));
-        now_ns += 1_000_000;
-        let wake = Wake {
-            deadline_ns: now_ns,
-            began_ns: now_ns,
-            asleep_ns: 0,
-        };
-        tick.run(wake, 0);
-        while control.records.pop().is_some() {}
-        let outcome = control.records.answers().command(serial);
+    let mut bench = bench(ramp());
+    let engages = |bench: &mut Bench, admitted: u64| {
+        bench.serial += 1;
+        assert!(bench.inbox.send(engage(bench.serial, admitted, None)));
+        bench.tick();
+        let outcome = bench.records.answers().command(bench.serial);
         !outcome.expect("it is answered").refused
     };
-    assert!(engages(1), "the device that was checked");
-    connection.store(2, SeqCst);
-    assert!(!engages(1), "another one");
-    assert!(!engages(0), "none was connected");
-    assert!(engages(2));
-    assert!(engages(ANY_CONNECTION), "one in this process");
+    assert!(engages(&mut bench, 1), "the device that was checked");
+    bench.tick.device.connection = 2;
+    assert!(!engages(&mut bench, 1), "another one");
+    assert!(!engages(&mut bench, 0), "none was connected");
+    assert!(engages(&mut bench, 2));
+    assert!(engages(&mut bench, ANY_CONNECTION), "one in this process");
 }
 
 /// A command to engage the device of a connection.

@@ -232,25 +232,14 @@ fn a_lease_that_ends_early_lets_the_force_out_as_fast() {
 #[test]
 fn scene_waits_while_replaced_scenes_have_no_room() {
     let mut bench = bench(ramp());
-    let tick_unread = |bench: &mut Bench| {
-        let (deadline_ns, began_ns, asleep_ns) = (bench.clock_ns, bench.clock_ns, 0);
-        let wake = Wake {
-            deadline_ns,
-            began_ns,
-            asleep_ns,
-        };
-        bench.tick.run(wake, 0);
-        bench.clock_ns += 1_000_000;
-        bench.tick.scene().revision
-    };
     let waiting = (2..10_000).find(|revision| {
         bench.inbox.post(compiled(&Scene::paper(), *revision));
-        tick_unread(&mut bench) != *revision
+        bench.rendered_unread() != *revision
     });
     let waiting = waiting.expect("nobody frees what was replaced, so there is no room at last");
     // A stop is never late, and its answer waits as the scene does.
     let stop = bench.shared.stop();
-    assert_eq!(tick_unread(&mut bench), waiting - 1);
+    assert_eq!(bench.rendered_unread(), waiting - 1);
     assert_eq!(bench.tick.servo.state(), RigState::Stopped);
     while bench.records.pop().is_some() {}
     let answers = bench.records.answers();

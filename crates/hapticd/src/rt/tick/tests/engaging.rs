@@ -129,27 +129,6 @@ fn the_motor_is_enabled_while_force_may_flow_and_never_else() {
     assert_eq!(bench.tick.device.enabled.last(), Some(&false), "the last word");
 }
 
-// hazard: H8
-#[test]
-fn device_force_limit_holds_and_zero_limit_refuses_engaging() {
-    let mut weak = bench(ramp());
-    weak.tick.device.force_limit_n = 1.0;
-    weak.tick.device.connection += 1;
-    weak.ticks(SETTLE);
-    weak.engage();
-    weak.ticks(300);
-    assert_eq!(
-        weak.tick().command_force,
-        -1.0,
-        "what the record says is what the rig gives"
-    );
-    let mut none = bench(ramp());
-    none.tick.device.force_limit_n = 0.0;
-    none.tick.device.connection += 1;
-    none.ticks(SETTLE);
-    assert!(none.command(Command::Engage).refused);
-}
-
 // hazard: P8, P9
 #[test]
 fn nothing_of_the_force_before_a_stop_is_left_after_it() {

@@ -139,7 +139,7 @@ proptest! {
     /// Whatever is measured, commanded and changed, whether a scene is rendered or a motion, with
     /// the rig's friction compensated or not: the force is a number within the limits, and zero
     /// where none may flow.
-    // hazard: P2, H2, H15, F20, F21
+    // hazard: P2, H2, H15, F3, F11, F20, F21
     #[test]
     fn force_stays_within_its_limits_and_where_it_belongs(
         happenings in prop::collection::vec(happening(), 1..250),

@@ -6,18 +6,6 @@ use crate::rt::outbox::tests::record;
 use crate::rt::space::FIRST_AXIS;
 use haptic_ipc::MAX_SCHEDULED_CHANGES;
 
-/// A tick whose record nobody takes; the scene that it renders.
-fn tick_unread(bench: &mut Bench) -> u64 {
-    bench.clock_ns += 1_000_000;
-    let wake = Wake {
-        deadline_ns: bench.clock_ns,
-        began_ns: bench.clock_ns,
-        asleep_ns: 0,
-    };
-    bench.tick.run(wake, 0);
-    bench.tick.scene().revision
-}
-
 /// Fills the outbox but for so many entries.
 fn fill(bench: &mut Bench, room: usize) {
     while bench.tick.outbox.room() > room {
@@ -66,10 +54,10 @@ fn entry_waits_while_only_the_schedule_has_room() {
     bench.inbox.post(compiled(&Scene::paper(), 2));
     let needed = ROOM_OF_ONE * (scheduled.len() + 2);
     fill(&mut bench, needed - 1);
-    assert_eq!(tick_unread(&mut bench), 1);
+    assert_eq!(bench.rendered_unread(), 1);
     while bench.records.pop().is_some() {}
     fill(&mut bench, needed);
-    assert_eq!(tick_unread(&mut bench), 2);
+    assert_eq!(bench.rendered_unread(), 2);
 }
 
 #[test]
@@ -83,7 +71,7 @@ fn full_schedule_and_unread_records_keep_no_command_waiting() {
         bench.tick.outbox.push(None, || record(tick));
     }
     bench.inbox.command(1, Command::Engage, 0);
-    tick_unread(&mut bench);
+    bench.rendered_unread();
     while bench.records.pop().is_some() {}
     assert!(bench.records.answers().command(1).is_some());
 }

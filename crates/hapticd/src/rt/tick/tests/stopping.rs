@@ -31,34 +31,6 @@ fn stop_is_confirmed_only_after_device_takes_zero_force() {
 
 // hazard: H12
 #[test]
-fn stop_is_confirmed_once_the_motor_is_off() {
-    let mut bench = bench(ramp());
-    bench.tick.device.motor = Motor::Off;
-    bench.ticks(SETTLE);
-    bench.tick.device.motor = Motor::Enabled;
-    bench.engage();
-    let stop = bench.shared.stop();
-    bench.ticks(3);
-    bench.tick.device.motor = Motor::Unconfirmed;
-    bench.ticks(3);
-    assert_eq!(
-        bench.records.answers().stop(stop),
-        None,
-        "the link has it, and the device has not confirmed it"
-    );
-    assert_eq!(bench.last_written(), 0.0);
-    bench.tick.device.motor = Motor::Off;
-    bench.tick();
-    let stopped = bench.records.answers().stop(stop).expect("confirmed");
-    assert_eq!(
-        (stopped.confirmation, stopped.state),
-        (StopConfirmation::Confirmed, RigState::Stopped)
-    );
-    assert!(stopped.confirmed_ns > stopped.written_ns);
-}
-
-// hazard: H12
-#[test]
 fn stops_again_and_again_do_not_put_off_the_answer() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
@@ -71,36 +43,6 @@ fn stops_again_and_again_do_not_put_off_the_answer() {
     }
     let confirmation = bench.records.answers().stop(stop).map(|stopped| stopped.confirmation);
     assert_eq!(confirmation, Some(StopConfirmation::Unconfirmed));
-}
-
-#[test]
-fn stop_without_a_device_reports_no_device_at_once() {
-    let gone = || std::iter::repeat_n(Err(DeviceError::Disconnected), 20);
-    let mut bench = bench(ramp().take(100).chain(gone()).chain(ramp().take(50)));
-    bench.ticks(SETTLE);
-    bench.command(Command::Engage);
-    bench.ticks(99 - SETTLE);
-    bench.tick.device.writing = Err(DeviceError::Disconnected);
-    bench.tick();
-    let stop = bench.shared.stop();
-    let tick = bench.tick().tick;
-    let answer = bench.records.answers().stop(stop).expect("answered at once");
-    assert_eq!(
-        (answer.tick, answer.state, answer.confirmation),
-        (tick, RigState::Stopped, StopConfirmation::NoDevice)
-    );
-    // The device that comes back is sent the zero force, and nobody pulls before a reset.
-    bench.ticks(18);
-    bench.written.lock().expect("one thread").clear();
-    bench.tick.device.writing = Ok(Written::Taken);
-    assert_eq!(bench.tick().state, RigState::Stopped);
-    assert_eq!(bench.last_written(), 0.0);
-    assert!(bench.command(Command::Engage).refused);
-    // The next stop is confirmed.
-    let stop = bench.shared.stop();
-    bench.tick();
-    let confirmation = bench.records.answers().stop(stop).map(|stopped| stopped.confirmation);
-    assert_eq!(confirmation, Some(StopConfirmation::Confirmed));
 }
 
 #[test]
