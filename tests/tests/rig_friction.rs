@@ -12,7 +12,8 @@ fn identified(directory: &Path, key: &str, firmware: &str, friction: &str) {
     let directory = directory.join("state/friction");
     std::fs::create_dir_all(&directory).expect("a directory");
     let text = format!(
-        "rig = \"{key}\"\nfirmware = \"{firmware}\"\nreversed = false\nresolution_m = 1e-5\ntime_unix_s = 1.0\nby = \"ada\"\n\n\
+        "rig = \"{key}\"\nfirmware = \"{firmware}\"\nreversed = false\nresolution_m = 1e-5\nforce_limit_N = 20.0\n\
+         sample_rate_Hz = 1000.0\nwatchdog_ms = 0\nbuttons = 0\ntime_unix_s = 1.0\nby = \"ada\"\n\n\
          [friction]\n{friction}\n"
     );
     let name: String = key

@@ -27,7 +27,7 @@ pub(crate) async fn show_status(rig: Rc<RigHandle>) {
 /// One line on the state of the loop.
 pub(crate) fn status_line(rig: &RigHandle) -> String {
     let feed = rig.feed();
-    let (wake, tick) = feed.timing().recent();
+    let (wake, tick) = feed.timing.recent();
     let (state, force, ticks, missed, dropped) = feed.newest().map_or((RigState::Idle, 0.0, 0, 0, 0), |record| {
         let TickRecord {
             state,
@@ -49,6 +49,6 @@ pub(crate) fn status_line(rig: &RigHandle) -> String {
         us(tick.p99),
         us(wake.p50),
         us(wake.p99),
-        feed.timing().counted().overruns,
+        feed.timing.counted().overruns,
     )
 }

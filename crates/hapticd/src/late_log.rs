@@ -26,7 +26,7 @@ pub(crate) async fn watch(channel: &LoopChannel, socket: &Path) {
         // The time of a check that came late is not that for which it was due.
         checks.tick().await;
         let now = Instant::now();
-        let counted = channel.feed().timing().counted();
+        let counted = channel.feed().timing.counted();
         if let Some(line) = log.line(now, counted) {
             crate::say(&line);
         }

@@ -5,11 +5,12 @@
 )]
 
 use crate::rt::clock::now_ns;
+use haptic_ipc::{ErrorCode, WireError};
 use rustix::fd::OwnedFd;
 use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, Timespec, timerfd_create, timerfd_settime,
 };
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::io::unix::AsyncFd;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 
@@ -27,10 +28,19 @@ const AFTER_DEADLINE_NS: u64 = 40_000;
 /// Time between two further looks, until the next deadline, ns.
 const LOOK_AGAIN_NS: u64 = 80_000;
 
-/// Times to look for an answer: shortly after each deadline of the loop, then periodically. Tokio's own timers count
-/// whole milliseconds, which are whole ticks.
+/// Timeout of an answer from the real-time thread.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Further looks for an answer after the timeout: this thread itself may have been held up, and the real-time thread
+/// may not have run since.
+const FINAL_CHECKS: u32 = 20;
+
+/// Times to look for an answer, until it is late: shortly after each deadline of the loop, then periodically. Tokio's
+/// own timers count whole milliseconds, which are whole ticks.
 #[derive(Debug)]
 pub(crate) struct AnswerTimer {
+    asked: Instant,
+    final_checks: u32,
     period_ns: u64,
     /// One deadline of the loop; the others differ by multiples of the period.
     deadline_ns: u64,
@@ -47,6 +57,8 @@ impl AnswerTimer {
         // SAFETY: only the AsyncFd owns the descriptor, and it only lends it.
         let register = |timer| unsafe { AsyncFd::register(timer) }.ok();
         Self {
+            asked: Instant::now(),
+            final_checks: FINAL_CHECKS,
             period_ns,
             deadline_ns: deadline_ns.unwrap_or(0),
             // Without a descriptor the coarse timer is used.
@@ -54,8 +66,20 @@ impl AnswerTimer {
         }
     }
 
-    /// Waits for the next time to look.
-    pub(crate) async fn next(&mut self) {
+    /// Waits for the next time to look. The real-time thread wakes no other: that would be a system call.
+    ///
+    /// # Errors
+    /// The real-time thread has not answered in time.
+    pub(crate) async fn next(&mut self) -> Result<(), WireError> {
+        let is_late = self.asked.elapsed() > ANSWER_TIMEOUT;
+        if is_late && self.final_checks == 0 {
+            let message = format!(
+                "the real-time thread has not answered for {} ms; cut the power of the motor if it still pulls",
+                ANSWER_TIMEOUT.as_millis()
+            );
+            return Err(WireError::new(ErrorCode::NotResponding, message));
+        }
+        self.final_checks -= u32::from(is_late);
         let now = now_ns();
         let within = now.saturating_sub(self.deadline_ns) % self.period_ns;
         let wait_ns = if within < AFTER_DEADLINE_NS {
@@ -66,6 +90,7 @@ impl AnswerTimer {
         if self.sleep(wait_ns).await.is_none() {
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
+        Ok(())
     }
 
     async fn sleep(&self, wait_ns: u64) -> Option<()> {

@@ -87,7 +87,6 @@ impl ConfigError {
     }
 }
 
-/// Reads a TOML file.
 pub(super) fn read_toml<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, ConfigError> {
     toml::from_str(&read_text(path)?).map_err(|source| ConfigError::Parse {
         path: path.to_path_buf(),
@@ -95,7 +94,6 @@ pub(super) fn read_toml<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T
     })
 }
 
-/// Reads a file of text.
 pub(super) fn read_text(path: &Path) -> Result<String, ConfigError> {
     regular_file::read_text(path).map_err(|source| ConfigError::Read {
         path: path.to_path_buf(),

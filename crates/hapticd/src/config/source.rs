@@ -13,7 +13,6 @@ pub(crate) struct Configuration {
     pub(super) typed: Options,
     /// The same, completed by the file as it was at the beginning.
     pub(super) begun_with: Options,
-    /// Text of the file.
     pub(super) text: String,
     /// Processors that the process could use at the beginning, before it left one to the loop.
     pub(super) available_cpus: Vec<usize>,
@@ -37,7 +36,6 @@ impl Configuration {
         })
     }
 
-    /// Path of the file.
     pub(crate) fn path(&self) -> Option<&Path> {
         self.typed.config.as_deref()
     }

@@ -85,7 +85,7 @@ struct Blocker {
 }
 
 async fn blockers(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, may_be_cached: bool) -> Vec<Blocker> {
-    let friction = rig.frictions().of(&rig.facts.state_dir, device).await;
+    let friction = rig.known.frictions.of(device).await;
     let compensates = purpose == Purpose::Scene && rig.facts.friction.compensate.is_some();
     let mut found: Vec<Blocker> = compensates
         .then(|| not_identified(device, &friction))
@@ -111,7 +111,7 @@ async fn blockers(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, m
         settings.enable_button,
     ));
     if purpose != Purpose::Commissioning && !rules.uncommissioned {
-        let known = rig.records().known(&rig.facts.state_dir, device, may_be_cached).await;
+        let known = rig.known.records.known(device, may_be_cached).await;
         found.extend(not_the_commissioned_rig(device, known));
     }
     found
@@ -296,19 +296,14 @@ fn not_identified(device: &ConnectedDevice, friction: &KnownFriction) -> Option<
 mod tests {
     use super::*;
     use crate::control::rig::commission_record::Findings;
-    use device_io::link::RigIdentity;
+    use crate::control::rig_files;
 
     fn device(force_limit_n: f64, watchdog_ms: Option<u32>) -> ConnectedDevice {
         ConnectedDevice {
-            motors: 1,
-            firmware: "mine 1.0".to_owned(),
             force_limit_n,
-            resolution_m: 1e-5,
-            sample_rate_hz: 1000.0,
             watchdog_ms,
             buttons: 0b11,
-            rig: RigIdentity::default(),
-            connection: 1,
+            ..rig_files::tests::device()
         }
     }
 

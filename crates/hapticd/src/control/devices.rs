@@ -49,7 +49,7 @@ pub(super) async fn devices(rig: &KnownRig, asked: Option<String>) -> Result<Dev
         done.map_err(|error| WireError::new(ErrorCode::NotResponding, format!("looking for devices: {error}")))?;
     for found in &mut devices {
         if let Some(key) = found.device.as_ref().and_then(|device| device.rig.clone()) {
-            found.rig_friction = rig.frictions.of_other(&rig.facts.state_dir, &key).await;
+            found.rig_friction = rig.frictions.of_other(&key).await;
         }
     }
     Ok(DevicesReply { devices })

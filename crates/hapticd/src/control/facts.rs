@@ -149,7 +149,6 @@ impl Facts {
         }
     }
 
-    /// The limits that the loop has.
     pub(crate) fn limits(&self) -> Limits {
         self.servo.get().limits
     }

@@ -79,7 +79,6 @@ pub(crate) struct Drag {
     pub(crate) goes_on: bool,
 }
 
-/// The history of the scene.
 #[derive(Debug)]
 pub(crate) struct History {
     /// The scenes by revision, oldest first; never empty. The last is the newest, which may still
@@ -136,11 +135,7 @@ impl History {
 
     /// A scene that was active.
     pub(crate) fn scene(&self, revision: u64) -> Option<&Rc<Scene>> {
-        let index = self
-            .scenes
-            .binary_search_by_key(&revision, |known| known.revision)
-            .ok()?;
-        self.scenes.get(index).map(|known| &known.scene)
+        KnownScene::of(revision, &self.scenes).map(|known| &known.scene)
     }
 
     /// The oldest revision kept.

@@ -3,10 +3,9 @@
 use crate::control::RigHandle;
 use crate::control::connected_device::no_device;
 use crate::control::exclusive_use;
-use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use device_io::link::Homing;
-use haptic_ipc::{ErrorCode, JournalEntry, StateReply, WireError};
+use haptic_ipc::{ErrorCode, StateReply, WireError};
 
 /// Takes the counts of the next sample for those of the home pose. Relative encoders lose them with each connection.
 ///
@@ -34,16 +33,8 @@ pub(super) async fn home(rig: &RigHandle, by: Requester<'_>) -> Result<StateRepl
     while !homing.is_taken() {
         looks.next().await?;
     }
-    let entry = JournalEntry {
-        by: Some(by.peer.clone()),
-        ..JournalEntry::of("home")
-    };
-    rig.enter(Completion::Done, entry);
-    let feed = rig.feed();
-    Ok(StateReply {
-        state: feed.state(),
-        tick: feed.newest().map_or(0, |record| record.tick),
-    })
+    rig.enter_done("home", Some(by.peer), None);
+    Ok(rig.state_reply())
 }
 
 /// What a person says now. It is withdrawn when nobody waits for it any more: a later sample may be of any other pose.

@@ -68,7 +68,6 @@ struct PendingEntry {
     entry: JournalEntry,
 }
 
-/// The journal.
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
     kept: SizedQueue<JournalEntry>,

@@ -3,12 +3,11 @@
 
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
-use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use crate::control::rig::Asked;
 use crate::rt::clock::now_ns;
 use haptic_core::servo::Command;
-use haptic_ipc::{ErrorCode, JournalEntry, LeaseReply, Peer};
+use haptic_ipc::{ErrorCode, LeaseReply, Peer};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::mem::replace;
@@ -34,7 +33,6 @@ struct Lapses {
     is_newest: bool,
 }
 
-/// The lease of one client.
 #[derive(Clone, Debug)]
 struct Lease {
     session: u64,
@@ -138,7 +136,7 @@ pub(super) fn renew(rig: &Rc<RigHandle>, session: u64) {
     if now_ns() > until_ns {
         // The real-time thread may have seen the end before it received the new one, and have released the rig: so the
         // lease has lapsed, whatever the line asks for.
-        rig.channel.lease_until(until_ns);
+        rig.channel.shared.lease_until(until_ns);
         let expired = rig.leases.take(|lease| lease.session == session);
         let rig = Rc::clone(rig);
         drop(spawn_local(async move { expire(&rig, expired, SILENT).await }));
@@ -173,12 +171,7 @@ async fn expire(rig: &RigHandle, expired: Vec<Lease>, why: &str) {
     }
     for lease in expired {
         rig.end_schedule_of(lease.session, why);
-        let entry = JournalEntry {
-            by: Some(lease.by),
-            message: Some(why.to_owned()),
-            ..JournalEntry::of("lease_lapsed")
-        };
-        rig.enter(Completion::Done, entry);
+        rig.enter_done("lease_lapsed", Some(&lease.by), Some(why.to_owned()));
     }
     // The real-time thread has already released the rig, unless the client closed its connection
     // early. A rig that is stopped or faulted has no force.
@@ -195,7 +188,7 @@ async fn expire(rig: &RigHandle, expired: Vec<Lease>, why: &str) {
 
 /// Tells the real-time thread and [`watch`] when the next lease expires.
 fn publish(rig: &RigHandle) {
-    rig.channel.lease_until(rig.leases.until_ns());
+    rig.channel.shared.lease_until(rig.leases.until_ns());
     rig.leases.changed.notify_one();
 }
 

@@ -2,7 +2,6 @@
 
 use crate::config::MAX_TITLE;
 use crate::control::history::Origin;
-use crate::control::journal::Completion;
 use crate::control::{RigHandle, whole_file};
 use crate::threads::{WorkError, Workers};
 use haptic_core::Scene;
@@ -10,7 +9,7 @@ use haptic_core::nearest::meant_or_semicolon;
 use haptic_core::scene::SceneFile;
 use haptic_ipc::regular_file::with_short_lines;
 use haptic_ipc::{
-    BUILT_IN_SCENES, ErrorCode, JournalEntry, ListedScene, Peer, SceneDiffReply, SceneListReply, SceneRef, SceneReply,
+    BUILT_IN_SCENES, ErrorCode, ListedScene, Peer, SceneDiffReply, SceneListReply, SceneRef, SceneReply,
     SceneSaveReply, WireError, differences, params_of, regular_file,
 };
 use rustix::fs::{CWD, RenameFlags, renameat_with};
@@ -337,7 +336,7 @@ pub(super) async fn save(
     };
     let saved = rig.library.on_file(&shown, write).await?;
     rig.history_mut().saved(&saved.name, &kept);
-    enter(rig, by, "scene.save", &saved);
+    rig.enter_done("scene.save", Some(by), Some(saved.path.clone()));
     Ok(saved)
 }
 
@@ -357,7 +356,7 @@ pub(super) async fn delete(rig: &RigHandle, by: &Peer, name: String) -> Result<S
     };
     let deleted = rig.library.on_file(&shown, remove).await?;
     rig.history_mut().forget_origin(&deleted.name);
-    enter(rig, by, "scene.delete", &deleted);
+    rig.enter_done("scene.delete", Some(by), Some(deleted.path.clone()));
     Ok(deleted)
 }
 
@@ -395,17 +394,8 @@ pub(super) async fn rename(
     };
     let renamed = rig.library.on_file(&shown, rename).await?;
     rig.history_mut().renamed(&name, &renamed.name);
-    enter(rig, by, "scene.rename", &renamed);
+    rig.enter_done("scene.rename", Some(by), Some(renamed.path.clone()));
     Ok(renamed)
-}
-
-fn enter(rig: &RigHandle, by: &Peer, op: &str, file: &SceneSaveReply) {
-    let entry = JournalEntry {
-        by: Some(by.clone()),
-        message: Some(file.path.clone()),
-        ..JournalEntry::of(op)
-    };
-    rig.enter(Completion::Done, entry);
 }
 
 /// Checks the name of a saved scene, which is also the name of its file.

@@ -70,10 +70,8 @@ impl Newcomer {
     }
 }
 
-/// The places on a socket.
 #[derive(Debug)]
 pub(super) struct Places {
-    /// Most clients.
     most_clients: usize,
     most_newcomers: usize,
     pub(super) clients: Rc<Cell<usize>>,

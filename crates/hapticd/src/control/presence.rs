@@ -7,7 +7,6 @@
 use device_io::link::{LinkMonitor, LinkState};
 use std::sync::atomic::Ordering::Relaxed;
 
-/// A change of the link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Change {
     Lost,

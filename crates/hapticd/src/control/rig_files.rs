@@ -42,17 +42,15 @@ pub(super) struct Origin {
     pub(super) reversed: bool,
     /// The resolution that the device reported, m.
     pub(super) resolution_m: f64,
-    /// What else it reported, unless the file is of a version that did not keep it.
-    #[serde(default, rename = "force_limit_N", skip_serializing_if = "Option::is_none")]
-    pub(super) force_limit_n: Option<f64>,
-    #[serde(default, rename = "sample_rate_Hz", skip_serializing_if = "Option::is_none")]
-    pub(super) sample_rate_hz: Option<f64>,
+    /// What else it reported.
+    #[serde(rename = "force_limit_N")]
+    pub(super) force_limit_n: f64,
+    #[serde(rename = "sample_rate_Hz")]
+    pub(super) sample_rate_hz: f64,
     /// 0 for none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) watchdog_ms: Option<u32>,
+    pub(super) watchdog_ms: u32,
     /// Buttons that there are, one bit each.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) buttons: Option<u8>,
+    pub(super) buttons: u8,
     /// Time of the finding, seconds since 1970 (UTC).
     pub(super) time_unix_s: f64,
     /// The client that asked for it.
@@ -68,10 +66,10 @@ impl Origin {
             firmware: device.firmware.clone(),
             reversed: device.rig.reversed,
             resolution_m: device.resolution_m,
-            force_limit_n: Some(device.force_limit_n),
-            sample_rate_hz: Some(device.sample_rate_hz),
-            watchdog_ms: Some(watchdog_ms(device)),
-            buttons: Some(device.buttons),
+            force_limit_n: device.force_limit_n,
+            sample_rate_hz: device.sample_rate_hz,
+            watchdog_ms: device.watchdog_ms.unwrap_or(0),
+            buttons: device.buttons,
             time_unix_s: now.as_secs_f64(),
             by: by.to_string(),
         }
@@ -117,25 +115,23 @@ impl Origin {
                 doubts.push(format!("its {what} is {now}, and was {then} then"));
             }
         };
-        // Nothing is known of what an older version did not keep.
         for (what, unit, now, then) in [
             ("force limit", "N", device.force_limit_n, self.force_limit_n),
             ("sample rate", "Hz", device.sample_rate_hz, self.sample_rate_hz),
             (
                 "watchdog",
                 "ms",
-                watchdog_ms(device).into(),
-                self.watchdog_ms.map(f64::from),
+                device.watchdog_ms.unwrap_or(0).into(),
+                self.watchdog_ms.into(),
             ),
         ] {
             let text = |value: f64| format!("{} {unit}", number(value));
-            compare(what, text(now), text(then.unwrap_or(now)));
+            compare(what, text(now), text(then));
         }
-        let buttons_then = self.buttons.unwrap_or(device.buttons);
         compare(
             "set of buttons",
             button_names(device.buttons),
-            button_names(buttons_then),
+            button_names(self.buttons),
         );
         (!doubts.is_empty()).then(|| doubts.join("; "))
     }
@@ -149,11 +145,6 @@ impl Origin {
             )
         })
     }
-}
-
-/// The watchdog of a device, ms; 0 for none.
-fn watchdog_ms(device: &ConnectedDevice) -> u32 {
-    device.watchdog_ms.unwrap_or(0)
 }
 
 /// Buttons by their bits, for people.
@@ -172,36 +163,32 @@ pub(super) fn button_names(buttons: u8) -> String {
 /// else.
 #[derive(Debug)]
 pub(super) struct RigFolder {
-    name: &'static str,
+    directory: PathBuf,
     /// The first line of each file.
     heading: &'static str,
     disk: Workers,
 }
 
 impl RigFolder {
-    pub(super) fn new(name: &'static str, heading: &'static str) -> Self {
+    pub(super) fn new(state_dir: &Path, name: &str, heading: &'static str) -> Self {
         Self {
-            name,
+            directory: state_dir.join(name),
             heading,
             disk: Workers::new("rig-file", 1),
         }
     }
 
     /// The file of a rig.
-    pub(super) fn path_of(&self, state_dir: &Path, key: &str) -> PathBuf {
-        state_dir.join(self.name).join(file_name(key))
+    pub(super) fn path_of(&self, key: &str) -> PathBuf {
+        self.directory.join(file_name(key))
     }
 
     /// Reads the file of a rig, if there is one.
     ///
     /// # Errors
     /// The file cannot be read, or not in time; the message names it.
-    pub(super) async fn read<T: DeserializeOwned + Send + 'static>(
-        &self,
-        state_dir: &Path,
-        key: &str,
-    ) -> Result<Option<T>, String> {
-        let path = self.path_of(state_dir, key);
+    pub(super) async fn read<T: DeserializeOwned + Send + 'static>(&self, key: &str) -> Result<Option<T>, String> {
+        let path = self.path_of(key);
         let asked = path.clone();
         let found = self.run(READ_TIMEOUT, move || read(&asked)).await;
         found.map_err(|why| format!("{}: {why}", path.display()))
@@ -211,13 +198,8 @@ impl RigFolder {
     ///
     /// # Errors
     /// The file cannot be written, or not in time.
-    pub(super) async fn write<T: Serialize + Send + 'static>(
-        &self,
-        state_dir: &Path,
-        key: &str,
-        found: T,
-    ) -> Result<PathBuf, WireError> {
-        let path = self.path_of(state_dir, key);
+    pub(super) async fn write<T: Serialize + Send + 'static>(&self, key: &str, found: T) -> Result<PathBuf, WireError> {
+        let path = self.path_of(key);
         let (to, heading) = (path.clone(), self.heading);
         let written = self.run(WRITE_TIMEOUT, move || write(&to, heading, &found)).await;
         written.map_err(|why| cannot_write(&path, &why))?;
@@ -228,8 +210,8 @@ impl RigFolder {
     ///
     /// # Errors
     /// As [`Self::write`].
-    pub(super) async fn check(&self, state_dir: &Path, key: &str) -> Result<(), WireError> {
-        let path = self.path_of(state_dir, key);
+    pub(super) async fn check(&self, key: &str) -> Result<(), WireError> {
+        let path = self.path_of(key);
         let to = path.clone();
         let written = self.run(WRITE_TIMEOUT, move || {
             whole_file::check(&to).map_err(|error| error.to_string())
@@ -241,8 +223,8 @@ impl RigFolder {
     ///
     /// # Errors
     /// It cannot be removed, or not in time.
-    pub(super) async fn remove(&self, state_dir: &Path, key: &str) -> Result<(), String> {
-        let path = self.path_of(state_dir, key);
+    pub(super) async fn remove(&self, key: &str) -> Result<(), String> {
+        let path = self.path_of(key);
         let gone = path.clone();
         let removed = self.disk.run(WRITE_TIMEOUT, move || match std::fs::remove_file(&gone) {
             Err(error) if error.kind() != ErrorKind::NotFound => Err(error.to_string()),
@@ -346,10 +328,10 @@ pub(in crate::control) mod tests {
             firmware: device().firmware,
             reversed: false,
             resolution_m: 1e-5,
-            force_limit_n: Some(20.0),
-            sample_rate_hz: Some(1000.0),
-            watchdog_ms: Some(50),
-            buttons: Some(0),
+            force_limit_n: 20.0,
+            sample_rate_hz: 1000.0,
+            watchdog_ms: 50,
+            buttons: 0,
             time_unix_s: 1.0,
             by: "ada".to_owned(),
         }
@@ -358,8 +340,8 @@ pub(in crate::control) mod tests {
     #[test]
     fn a_record_is_read_back_and_other_files_are_refused() {
         let directory = tempfile::tempdir().expect("a directory");
-        let folder = RigFolder::new("commissioned", "What was found.");
-        let path = folder.path_of(directory.path(), "usb-1209:0001-../../etc/x");
+        let folder = RigFolder::new(directory.path(), "commissioned", "What was found.");
+        let path = folder.path_of("usb-1209:0001-../../etc/x");
         assert_eq!(path.parent(), Some(directory.path().join("commissioned").as_path()));
         assert_eq!(read::<Origin>(&path), Ok(None));
         write(&path, "What was found.", &origin()).expect("it can be written");
@@ -449,14 +431,5 @@ pub(in crate::control) mod tests {
             with(|device| device.buttons = 0b101),
             "its set of buttons is button 1, button 3, and was no button then"
         );
-        // A file of a version that did not keep it.
-        let old = Origin {
-            force_limit_n: None,
-            sample_rate_hz: None,
-            watchdog_ms: None,
-            buttons: None,
-            ..origin()
-        };
-        assert_eq!(old.doubt(&sure), None);
     }
 }

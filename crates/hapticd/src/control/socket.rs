@@ -117,6 +117,24 @@ impl Access {
         }
     }
 
+    /// That the system refuses something to a socket at a path.
+    fn failed(&self, path: &Path) -> impl Fn(io::Error) -> SocketError + use<> {
+        let (path, option) = (path.to_path_buf(), self.option());
+        move |source| SocketError::Io {
+            path: path.clone(),
+            option,
+            source,
+        }
+    }
+
+    /// That another process serves a path.
+    fn in_use(&self, path: &Path) -> SocketError {
+        SocketError::InUse {
+            path: path.to_path_buf(),
+            option: self.option(),
+        }
+    }
+
     /// Whether a client is admitted.
     pub(crate) fn admits(&self, client: &UnixStream) -> bool {
         let is_owner = || {
@@ -152,11 +170,7 @@ impl Access {
                 source,
             })?;
         }
-        set_permissions(path, Permissions::from_mode(mode)).map_err(|source| SocketError::Io {
-            path: path.to_path_buf(),
-            option: self.option(),
-            source,
-        })
+        set_permissions(path, Permissions::from_mode(mode)).map_err(self.failed(path))
     }
 
     /// Whether the intended clients may pass through a directory.
@@ -192,36 +206,27 @@ pub(crate) struct Socket {
 impl Socket {
     /// Binds the socket, or takes it if it was passed. A stale one, left behind by a daemon that is gone, is replaced.
     pub(crate) fn bind(path: &Path, access: Access, passed: &mut InheritedSockets) -> Result<Self, SocketError> {
-        let option = access.option();
-        let failed = |source| SocketError::Io {
-            path: path.to_path_buf(),
-            option,
-            source,
-        };
-        let in_use = || SocketError::InUse {
-            path: path.to_path_buf(),
-            option,
-        };
+        let failed = access.failed(path);
         make_directories(path, &access)?;
-        let lock = Lock::take(path).map_err(failed)?.ok_or_else(in_use)?;
+        let lock = Lock::take_for(path, &access)?;
         let (listener, is_passed) = match passed.take(path) {
             Some(listener) => {
-                listener.set_nonblocking(true).map_err(failed)?;
-                (UnixListener::from_std(listener).map_err(failed)?, true)
+                listener.set_nonblocking(true).map_err(&failed)?;
+                (UnixListener::from_std(listener).map_err(&failed)?, true)
             }
             None => {
                 match std::fs::symlink_metadata(path) {
                     Ok(found) if !found.file_type().is_socket() => {
                         return Err(SocketError::NotASocket {
                             path: path.to_path_buf(),
-                            option,
+                            option: access.option(),
                         });
                     }
                     // A process that listens here is alive, although it does not hold the lock.
                     Ok(_) => match std::os::unix::net::UnixStream::connect(path) {
-                        Ok(_) => return Err(in_use()),
+                        Ok(_) => return Err(access.in_use(path)),
                         Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {
-                            std::fs::remove_file(path).map_err(failed)?;
+                            std::fs::remove_file(path).map_err(&failed)?;
                         }
                         Err(error) => return Err(failed(error)),
                     },
@@ -272,20 +277,9 @@ impl Socket {
     }
 
     fn bind_again(&self) -> Result<(), SocketError> {
-        let failed = |source| SocketError::Io {
-            path: self.path.clone(),
-            option: self.access.option(),
-            source,
-        };
         make_directories(&self.path, &self.access)?;
         if !self.lock.borrow().is_in_place() {
-            let lock = Lock::take(&self.path)
-                .map_err(failed)?
-                .ok_or_else(|| SocketError::InUse {
-                    path: self.path.clone(),
-                    option: self.access.option(),
-                })?;
-            self.lock.replace(lock);
+            self.lock.replace(Lock::take_for(&self.path, &self.access)?);
         }
         let listener = listen(&self.path, &self.access)?;
         self.file.set(FileId::of(&self.path));
@@ -295,7 +289,6 @@ impl Socket {
         Ok(())
     }
 
-    /// Its path.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
@@ -369,11 +362,7 @@ fn make_directories(path: &Path, access: &Access) -> Result<(), SocketError> {
         DirBuilder::new()
             .mode(0o700)
             .create(directory)
-            .map_err(|source| SocketError::Io {
-                path: path.to_path_buf(),
-                option: access.option(),
-                source,
-            })?;
+            .map_err(access.failed(path))?;
         access.share(directory, access.modes().0)?;
     }
     Ok(())
@@ -385,11 +374,7 @@ fn listen(path: &Path, access: &Access) -> Result<UnixListener, SocketError> {
     let before = umask(Mode::from_raw_mode(0o177));
     let bound = UnixListener::bind(path);
     umask(before);
-    let listener = bound.map_err(|source| SocketError::Io {
-        path: path.to_path_buf(),
-        option: access.option(),
-        source,
-    })?;
+    let listener = bound.map_err(access.failed(path))?;
     access.share(path, access.modes().1)?;
     Ok(listener)
 }
@@ -411,6 +396,12 @@ struct Lock {
 }
 
 impl Lock {
+    /// Takes the lock of a socket for the daemon that serves it.
+    fn take_for(socket: &Path, access: &Access) -> Result<Self, SocketError> {
+        let taken = Self::take(socket).map_err(access.failed(socket))?;
+        taken.ok_or_else(|| access.in_use(socket))
+    }
+
     /// Takes the lock of a socket, unless another process holds it.
     fn take(socket: &Path) -> io::Result<Option<Self>> {
         let mut path = socket.as_os_str().to_owned();

@@ -53,7 +53,7 @@ pub(super) fn subscribe(
     let channel = &rig.channel;
     let in_use = channel.servo_in_use(&rig.facts).filter(|_| channel.state().is_live());
     let servo = in_use.unwrap_or_else(|| rig.facts.servo_setup(rig.known.setup()));
-    rig.feed().subscribe(
+    rig.feed().subscribers.subscribe(
         session,
         Subscription {
             topics: distinct.clone(),

@@ -43,7 +43,6 @@ fn remedy(source: &std::io::Error) -> &'static str {
 pub(crate) struct Server(TcpListener);
 
 impl Server {
-    /// Binds the address.
     pub(crate) async fn bind(address: SocketAddr) -> Result<Self, MetricsError> {
         let bound = TcpListener::bind(address).await;
         bound.map(Self).map_err(|source| MetricsError {

@@ -52,7 +52,6 @@ impl ClaimState {
 pub(crate) struct Claim(AtomicU64);
 
 impl Claim {
-    /// An open one.
     pub(crate) fn new() -> Self {
         Self(AtomicU64::new(ClaimState::Open.pack()))
     }

@@ -3,7 +3,6 @@
 
 use super::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// The words.
 #[derive(Debug)]
 pub(crate) struct Shared {
     /// Stops asked for so far.

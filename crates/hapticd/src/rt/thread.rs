@@ -66,11 +66,9 @@ pub(crate) enum FinalZero {
     Confirmed,
     /// The device is there and has not confirmed it.
     Unconfirmed,
-    /// There was no device.
     NoDevice,
 }
 
-/// Name of the thread.
 const NAME: &str = "rt";
 
 /// Keeps the panic message of the real-time thread from being written before its force is zeroed:

@@ -265,7 +265,6 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
         self.servo.disregard_stalls();
     }
 
-    /// The scene that it renders.
     pub(crate) fn scene(&self) -> &CompiledScene<V> {
         self.servo.scene()
     }

@@ -4,11 +4,10 @@ use crate::rt::outbox::{Answers, Consumer, TickRecord, TickSnapshot};
 use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::link;
 use crate::telemetry::motion::HandleMotion;
-use crate::telemetry::stop_times::StopTimes;
-use crate::telemetry::subscribers::{KnownScene, Subscribers, Subscription};
+use crate::telemetry::subscribers::{KnownScene, Subscribers};
 use crate::telemetry::timing::TimingRecorder;
 use device_io::link::LinkMonitor;
-use haptic_ipc::{Event, JournalEntry, LinkStatus, RigState, Sample, SampleY, ServoSetup, Timing, Topic};
+use haptic_ipc::{Event, LinkStatus, RigState, Sample, SampleY, ServoSetup, Timing, Topic};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -25,8 +24,7 @@ pub(crate) struct Feed {
     pub(crate) excitation: Option<ObservedExcitation>,
     /// The link to the rig, unless the rig is simulated in this process.
     link: Option<LinkMonitor>,
-    timing: TimingRecorder,
-    stops: StopTimes,
+    pub(crate) timing: TimingRecorder,
     started_ns: u64,
     newest: Option<TickRecord>,
     /// What the newest record has of a second axis.
@@ -37,13 +35,13 @@ pub(crate) struct Feed {
     snapshots: VecDeque<TickSnapshot>,
     /// Whether the loop has been asked for a snapshot that has not come.
     awaits_snapshot: bool,
-    subscribers: Subscribers,
+    pub(crate) subscribers: Subscribers,
     /// State and revision of the newest record.
     last_state: Option<(RigState, u64)>,
     /// The first record of each state and revision since the last call of `update_subscribers`.
     changes: Vec<TickRecord>,
     /// Whether a record was lost from which on the servo has other settings.
-    servo_is_doubtful: bool,
+    pub(crate) servo_is_doubtful: bool,
     timing_due: Instant,
     /// Records lost in the ring so far that subscribers know of.
     ring_dropped: u64,
@@ -57,7 +55,6 @@ impl Feed {
             excitation: None,
             link,
             timing: TimingRecorder::new(period_ns),
-            stops: StopTimes::default(),
             started_ns: 0,
             newest: None,
             newest_y: None,
@@ -73,22 +70,12 @@ impl Feed {
         }
     }
 
-    pub(crate) fn timing(&self) -> &TimingRecorder {
-        &self.timing
-    }
-
     /// The timing of the loop and of its link.
     pub(crate) fn timing_report(&self) -> Timing {
         Timing {
             link: self.link(),
-            stops: self.stops.report(),
             ..self.timing.report()
         }
-    }
-
-    /// Begins to time a stop, from the time at which its line was read, ns.
-    pub(crate) fn stop_begun(&mut self, stop: u64, read_ns: u64) {
-        self.stops.begin(stop, read_ns);
     }
 
     /// What the loop has answered, as far as it was taken.
@@ -127,27 +114,6 @@ impl Feed {
             .map_or(0.0, |record| (record.began_ns - self.started_ns) as f64 * 1e-9)
     }
 
-    /// The record of the first tick with other settings of the servo was lost.
-    pub(crate) fn doubt_servo(&mut self) {
-        self.servo_is_doubtful = true;
-    }
-
-    /// Begins, replaces or (without topics) ends the subscription of a session.
-    /// `servo` holds the servo's settings, which it has been sent.
-    pub(crate) fn subscribe(&mut self, session: u64, subscription: Subscription, servo: ServoSetup) {
-        self.subscribers.subscribe(session, subscription, servo);
-    }
-
-    pub(crate) fn unsubscribe(&mut self, session: u64) {
-        self.subscribers.unsubscribe(session);
-    }
-
-    /// Sends an entry of the journal to the subscribers.
-    pub(crate) fn send_entry(&self, entry: &JournalEntry) {
-        self.subscribers
-            .broadcast(Topic::Log, || Event::Log(Box::new(entry.clone())));
-    }
-
     /// Takes the records and answers since the last call, and frees the scenes that were handed back.
     pub(crate) fn take_records(&mut self) {
         while let Some(record) = self.consumer.pop() {
@@ -158,7 +124,7 @@ impl Feed {
             self.snapshots.push_back(snapshot);
             self.awaits_snapshot = false;
         }
-        self.stops.pump(self.consumer.answers());
+        self.timing.stops.pump(self.consumer.answers());
     }
 
     /// Whether a subscriber waits for the state of the servo, and the loop was not asked for it.
@@ -187,7 +153,7 @@ impl Feed {
         self.taken = taken;
         let changes = std::mem::take(&mut self.changes);
         if let Some(newest) = &self.newest {
-            self.subscribers.announce_to_new(newest, scenes);
+            self.subscribers.announce(newest, scenes, true);
         }
         self.subscribers.announce_servo();
         let now = Instant::now();
@@ -239,7 +205,7 @@ impl Feed {
         if self.last_state != state {
             self.last_state = state;
             self.changes.push(*record);
-            self.subscribers.announce(record, scenes);
+            self.subscribers.announce(record, scenes, false);
         }
         let lost = record.dropped - self.ring_dropped;
         self.ring_dropped = record.dropped;

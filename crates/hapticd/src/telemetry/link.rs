@@ -10,7 +10,6 @@ use std::sync::atomic::Ordering::Relaxed;
 /// Age of the newest sample of a device that is silent, ns: longer than a hold-up, shorter than a person's glance.
 const SILENT_NS: u64 = 100_000_000;
 
-/// The measured times of the link.
 pub(crate) fn times(monitor: &LinkMonitor) -> LinkTimes {
     let counters = monitor.counters();
     #[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]

@@ -6,6 +6,5 @@ pub(crate) mod link;
 pub(crate) mod motion;
 mod pulse_mass;
 pub(crate) mod rest;
-mod stop_times;
 pub(crate) mod subscribers;
 pub(crate) mod timing;

@@ -48,7 +48,8 @@ pub(crate) struct KnownScene {
 }
 
 impl KnownScene {
-    fn of(revision: u64, scenes: &VecDeque<Self>) -> Option<&Self> {
+    /// The scene of a revision, of those by revision.
+    pub(crate) fn of(revision: u64, scenes: &VecDeque<Self>) -> Option<&Self> {
         let found = scenes.binary_search_by_key(&revision, |known| known.revision);
         found.ok().and_then(|index| scenes.get(index))
     }
@@ -106,9 +107,8 @@ struct Subscriber {
     held_until: Option<Instant>,
 }
 
-/// All subscribers.
 #[derive(Debug, Default)]
-pub(super) struct Subscribers {
+pub(crate) struct Subscribers {
     all: Vec<Subscriber>,
     /// The servo's settings, and the first tick that was computed with them, once they may have changed.
     servo: Option<(u64, ServoSetup)>,
@@ -117,7 +117,7 @@ pub(super) struct Subscribers {
 impl Subscribers {
     /// Begins, replaces or (without topics) ends the subscription of a session.
     /// `servo` holds the servo's settings, which it has been sent.
-    pub(super) fn subscribe(&mut self, session: u64, subscription: Subscription, servo: ServoSetup) {
+    pub(crate) fn subscribe(&mut self, session: u64, subscription: Subscription, servo: ServoSetup) {
         // What was collected for the one before is not lost.
         for before in self.all.iter_mut().filter(|subscriber| subscriber.session == session) {
             before.flush();
@@ -146,7 +146,7 @@ impl Subscribers {
         });
     }
 
-    pub(super) fn unsubscribe(&mut self, session: u64) {
+    pub(crate) fn unsubscribe(&mut self, session: u64) {
         self.all.retain(|subscriber| subscriber.session != session);
     }
 
@@ -242,26 +242,16 @@ impl Subscribers {
         }
     }
 
-    /// Sends the whole state to new subscribers.
-    pub(super) fn announce_to_new(&mut self, newest: &TickRecord, scenes: &VecDeque<KnownScene>) {
-        if self.all.iter().any(|subscriber| !subscriber.state_sent) {
-            self.announce_to(newest, scenes, |subscriber| !subscriber.state_sent);
-        }
-    }
-
-    /// Sends the whole state to all subscribers.
-    pub(super) fn announce(&mut self, record: &TickRecord, scenes: &VecDeque<KnownScene>) {
-        self.announce_to(record, scenes, |_| true);
-    }
-
-    fn announce_to(&mut self, record: &TickRecord, scenes: &VecDeque<KnownScene>, whom: impl Fn(&Subscriber) -> bool) {
-        let listening = |subscriber: &Subscriber| subscriber.wants(Topic::State) && whom(subscriber);
-        let Some(known) = KnownScene::of(record.revision, scenes) else {
-            return;
-        };
+    /// Sends the whole state to those who want it, or to those of them alone to whom it was not sent.
+    pub(super) fn announce(&mut self, record: &TickRecord, scenes: &VecDeque<KnownScene>, only_new: bool) {
+        let listening =
+            |subscriber: &Subscriber| subscriber.wants(Topic::State) && !(only_new && subscriber.state_sent);
         if !self.all.iter().any(listening) {
             return;
         }
+        let Some(known) = KnownScene::of(record.revision, scenes) else {
+            return;
+        };
         let event = Event::State(StateEvent {
             state: record.state,
             fault: record.fault.map(|fault| fault.to_string()),
@@ -282,7 +272,7 @@ impl Subscribers {
     }
 
     /// Sends an event to those who want its topic.
-    pub(super) fn broadcast(&self, topic: Topic, event: impl FnOnce() -> Event) {
+    pub(crate) fn broadcast(&self, topic: Topic, event: impl FnOnce() -> Event) {
         let mut wanting = self.all.iter().filter(|subscriber| subscriber.wants(topic)).peekable();
         if wanting.peek().is_none() {
             return;

@@ -1,9 +1,11 @@
 //! The timing of the loop, from the records of its ticks: since it began, and over the last ten
-//! seconds.
+//! seconds; and the duration of stops, from the client's line to zero force on the link, and to the device's confirmation
+//! that its motor is off.
 //!
 //! The real-time thread only stamps its ticks; the histograms are kept here, on the control thread.
 
-use crate::rt::outbox::TickRecord;
+use crate::rt::handoff::StopConfirmation;
+use crate::rt::outbox::{Answers, TickRecord};
 use haptic_ipc::{Bucket, Percentiles, Timing, TimingHistogram, TimingWindow};
 use hdrhistogram::Histogram;
 use std::collections::VecDeque;
@@ -104,6 +106,75 @@ impl Span {
     }
 }
 
+/// Most stops that are timed at once; beyond that the oldest are not timed.
+const MAX_STOPS: usize = 1024;
+
+/// Times of all stops since the daemon began.
+#[derive(Debug)]
+pub(crate) struct StopTimes {
+    /// The stops under way: number, and time at which the line was read, ns.
+    under_way: VecDeque<(u64, u64)>,
+    unconfirmed: u64,
+    without_device: u64,
+    written: Histogram<u64>,
+    confirmed: Histogram<u64>,
+}
+
+impl Default for StopTimes {
+    fn default() -> Self {
+        Self {
+            under_way: VecDeque::new(),
+            unconfirmed: 0,
+            without_device: 0,
+            written: histogram(COARSE_DIGITS),
+            confirmed: histogram(COARSE_DIGITS),
+        }
+    }
+}
+
+impl StopTimes {
+    /// Begins to time a stop, from the time at which its line was read, ns.
+    pub(crate) fn begin(&mut self, stop: u64, read_ns: u64) {
+        if self.under_way.len() == MAX_STOPS {
+            self.under_way.pop_front();
+        }
+        self.under_way.push_back((stop, read_ns));
+    }
+
+    /// Times the stops that have ended.
+    pub(super) fn pump(&mut self, answers: Answers) {
+        while let Some(&(stop, read_ns)) = self.under_way.front() {
+            let Some(stopped) = answers.stop(stop) else {
+                return;
+            };
+            self.under_way.pop_front();
+            let took = |at_ns: u64| at_ns.saturating_sub(read_ns).max(1);
+            match stopped.confirmation {
+                StopConfirmation::NoDevice => self.without_device += 1,
+                StopConfirmation::Unconfirmed => {
+                    self.unconfirmed += 1;
+                    self.written.saturating_record(took(stopped.written_ns));
+                }
+                StopConfirmation::Confirmed => {
+                    self.written.saturating_record(took(stopped.written_ns));
+                    self.confirmed.saturating_record(took(stopped.confirmed_ns));
+                }
+            }
+        }
+    }
+
+    /// The report for clients.
+    fn report(&self) -> haptic_ipc::StopTimes {
+        haptic_ipc::StopTimes {
+            confirmed: self.confirmed.len(),
+            unconfirmed: self.unconfirmed,
+            without_device: self.without_device,
+            to_written_ns: percentiles(&self.written),
+            to_confirmed_ns: percentiles(&self.confirmed),
+        }
+    }
+}
+
 /// The counters of a late loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Counted {
@@ -116,6 +187,7 @@ pub(crate) struct Counted {
 #[derive(Debug)]
 pub(crate) struct TimingRecorder {
     period_ns: u64,
+    pub(crate) stops: StopTimes,
     total: Span,
     /// A span for each of the last seconds, the newest last.
     seconds: VecDeque<Span>,
@@ -127,6 +199,7 @@ impl TimingRecorder {
     pub(crate) fn new(period_ns: u64) -> Self {
         Self {
             period_ns,
+            stops: StopTimes::default(),
             total: Span::new(),
             seconds: VecDeque::from([Span::new()]),
             second: 0,
@@ -209,7 +282,7 @@ impl TimingRecorder {
             since_start: self.total.window(),
             last_10_s: recent.window(),
             link: None,
-            stops: haptic_ipc::StopTimes::default(),
+            stops: self.stops.report(),
         }
     }
 }

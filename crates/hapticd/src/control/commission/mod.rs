@@ -3,7 +3,6 @@
 
 #[cfg(test)]
 mod hand_tests;
-pub(in crate::control) mod motion;
 mod operations;
 mod pulse;
 

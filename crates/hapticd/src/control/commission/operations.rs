@@ -3,16 +3,16 @@
 
 use super::pulse as one_pulse;
 use crate::control::connected_device::{ConnectedDevice, no_device};
-use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::{Findings, Record};
-use crate::control::rig::exclusive_use::state::{Commissioning, ExclusiveUse, Work};
 use crate::control::rig::exclusive_use::{self, largest_force_n, resting_device};
+use crate::control::rig::exclusive_use::{Commissioning, ExclusiveUse, Work};
 use crate::control::rig_files::Origin;
 use crate::control::{RigHandle, change, judge};
 use crate::telemetry::motion::HandleMotion;
 use haptic_ipc::quantity::number;
-use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, StateReply, WireError};
+use haptic_ipc::{CommissionReply, ErrorCode, StateReply, WireError};
+use std::cell::Ref;
 use std::rc::Rc;
 
 /// Default duration of a pulse, ms.
@@ -38,7 +38,7 @@ pub(in crate::control) async fn begin(
     let device = ConnectedDevice::find(&rig.facts).ok_or_else(|| no_device("commission"))?;
     // Before anything moves.
     if is_check && rig.facts.link.is_some() {
-        rig.records().of_parts(&rig.facts.state_dir, &device).await?;
+        rig.known.records.of_parts(&device).await?;
     }
     let refuse = |message: &str| Err(WireError::new(ErrorCode::NotApplicable, message).about("motor"));
     let motor = match (motor, device.motors) {
@@ -60,11 +60,23 @@ pub(in crate::control) async fn begin(
         ..Commissioning::default()
     });
     exclusive_use::begin(rig, by, work, &device).await?;
-    let writable = rig.records().check(&rig.facts.state_dir, &device).await;
+    let writable = rig.known.records.check(&device).await;
     Ok(CommissionReply {
         cannot_store: writable.err().map(|error| error.message),
         ..status(rig, by)?
     })
+}
+
+/// The exclusive use of a client and its commissioning.
+///
+/// # Errors
+/// This client is not commissioning the rig.
+fn current<'a>(
+    rig: &'a RigHandle,
+    by: Requester<'_>,
+) -> Result<(Ref<'a, ExclusiveUse>, Ref<'a, Commissioning>), WireError> {
+    let doing = "commissioning the rig: `commission.begin`";
+    exclusive_use::of_client(rig, by, ExclusiveUse::commissioning_of, doing)
 }
 
 /// The state of the commissioning, for its client.
@@ -72,8 +84,7 @@ pub(in crate::control) async fn begin(
 /// # Errors
 /// This client is not commissioning the rig.
 pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
-    let doing = "commissioning the rig: `commission.begin`";
-    let (current, found) = exclusive_use::of_client(rig, by, ExclusiveUse::commissioning_of, doing)?;
+    let (current, found) = current(rig, by)?;
     let feed = rig.feed();
     let motion = feed.motion.as_ref();
     // Along two directions positions and steps are not of one line.
@@ -146,10 +157,7 @@ pub(in crate::control) async fn store(
 ) -> Result<CommissionReply, WireError> {
     let found = status(rig, by)?;
     let device = resting_device(rig)?;
-    let confirmed = match rig.exclusive_use().borrow().as_ref().map(|current| &current.work) {
-        Some(Work::Commissioning(found)) => found.confirmed,
-        _ => [0; 2],
-    };
+    let (confirmed, alone) = current(rig, by).map(|(_, work)| (work.confirmed, work.alone))?;
     for (direction, times) in ["positive", "negative"].into_iter().zip(confirmed) {
         if times < MIN_CONFIRMED {
             let message = format!(
@@ -163,36 +171,24 @@ pub(in crate::control) async fn store(
         origin: Origin::now(&device, by.peer),
         step_m: found.step_m,
         findings,
-        alone: rig
-            .exclusive_use()
-            .borrow()
-            .as_ref()
-            .and_then(|current| current.commissioning_of(by.session)?.alone),
+        alone,
         coupling: None,
     };
     let whole = ConnectedDevice::find(&rig.facts);
     if let Some(whole) = &whole
-        && let Some(findings) = rig.records().findings_with(&rig.facts.state_dir, whole, &record).await
+        && let Some(findings) = rig.known.records.findings_with(whole, &record).await
     {
         record.coupling = judge::stiffest_coupling(&rig.known, findings).await;
     }
     let coupling = record.coupling;
-    let path = rig
-        .records()
-        .store(&rig.facts.state_dir, record, device.connection)
-        .await?;
+    let path = rig.known.records.store(record, device.connection).await?;
     // It holds from now on.
     if let Some(whole) = whole {
-        drop(rig.records().known(&rig.facts.state_dir, &whole, false).await);
+        drop(rig.known.records.known(&whole, false).await);
     }
     let path = path.display().to_string();
-    let entry = JournalEntry {
-        by: Some(by.peer.clone()),
-        message: Some(path.clone()),
-        ..JournalEntry::of("commission.store")
-    };
-    rig.enter(Completion::Done, entry);
-    if let Some(current) = rig.exclusive_use().borrow_mut().as_mut()
+    rig.enter_done("commission.store", Some(by.peer), Some(path.clone()));
+    if let Some(current) = rig.exclusive_use.borrow_mut().as_mut()
         && let Work::Commissioning(found) = &mut current.work
     {
         (found.path, found.coupling) = (Some(path), coupling);
@@ -207,19 +203,11 @@ pub(in crate::control) async fn store(
 pub(in crate::control) async fn confirm(rig: &RigHandle, by: Requester<'_>) -> Result<StateReply, WireError> {
     let device = ConnectedDevice::find(&rig.facts).ok_or_else(|| no_device("confirm the rig"))?;
     if rig.facts.link.is_some() {
-        rig.records().confirm(&rig.facts.state_dir, &device, by.peer).await?;
+        rig.known.records.confirm(&device, by.peer).await?;
     }
-    let entry = JournalEntry {
-        by: Some(by.peer.clone()),
-        message: Some(format!("{} ({})", device.rig.key, device.firmware)),
-        ..JournalEntry::of("commission.confirm")
-    };
-    rig.enter(Completion::Done, entry);
-    let feed = rig.feed();
-    Ok(StateReply {
-        state: feed.state(),
-        tick: feed.newest().map_or(0, |record| record.tick),
-    })
+    let message = format!("{} ({})", device.rig.key, device.firmware);
+    rig.enter_done("commission.confirm", Some(by.peer), Some(message));
+    Ok(rig.state_reply())
 }
 
 /// Ends the commissioning; a scene that leaves its grip to the rig has the one that was found, before the answer.

@@ -1,11 +1,11 @@
 //! One pulse, and what is made of its report.
 
-use super::motion::{self, ClientMotion};
 use crate::control::RigHandle;
 use crate::control::admission::Purpose;
 use crate::control::peer::Requester;
 use crate::control::rig::both_motors::DrivenAlone;
-use crate::control::rig::exclusive_use::state::Work;
+use crate::control::rig::exclusive_use::Work;
+use crate::control::rig::exclusive_use::motion::{self, ClientMotion};
 use crate::rt::space::FIRST_AXIS;
 use crate::telemetry::feed::Feed;
 use crate::telemetry::motion::HandleMotion;
@@ -83,7 +83,7 @@ pub(super) async fn begin(rig: &Rc<RigHandle>, by: Requester<'_>, shape: PulseSh
 
 /// The direction in which one motor alone pushes the hand, from where it is; on a line there is only one.
 fn direction(rig: &RigHandle) -> Result<Plane, WireError> {
-    let motor = match rig.exclusive_use().borrow().as_ref().map(|current| &current.work) {
+    let motor = match rig.exclusive_use.borrow().as_ref().map(|current| &current.work) {
         Some(Work::Commissioning(found)) => found.motor,
         _ => None,
     };

@@ -44,13 +44,13 @@ struct WithdrawOnDrop<'a> {
 
 impl Drop for WithdrawOnDrop<'_> {
     fn drop(&mut self) {
-        self.rig.channel.withdraw(self.serial);
+        self.rig.channel.shared.withdraw(self.serial);
         let outcome = self.rig.channel.exchange().command(self.serial);
         let Some(outcome) = outcome.filter(|outcome| !outcome.refused) else {
             return;
         };
         if self.command == Command::Engage {
-            self.rig.channel.engaged(outcome.tick);
+            self.rig.channel.engaged_at.set(outcome.tick);
         }
         let (by, message) = match self.asked {
             Asked::By(peer) => (Some(peer.clone()), None),
@@ -81,21 +81,6 @@ impl Drop for WithdrawOnDrop<'_> {
 }
 
 impl RigHandle {
-    /// Carries out a command of a client that brings no force. `stops_known` is the count of
-    /// stops when it was asked for: a command that a later stop has overtaken is refused.
-    ///
-    /// # Errors
-    /// The rig's state does not allow it, or the real-time thread does not answer.
-    pub(crate) async fn command(
-        &self,
-        command: Command,
-        stops_known: u64,
-        by: Requester<'_>,
-    ) -> Result<Outcome, WireError> {
-        self.carry_out(command, Admission::NONE, stops_known, Asked::By(by.peer))
-            .await
-    }
-
     /// Engages the rig for a client: with a scene that would chatter only if it is to be `anyway`. A stop or a lapse of
     /// the client's lease since the request was read wins over it.
     ///
@@ -167,17 +152,18 @@ impl RigHandle {
     /// Releases the rig by the daemon itself.
     ///
     /// # Errors
-    /// As [`Self::command`].
+    /// As [`Self::carry_out`].
     pub(crate) async fn release_because(&self, why: &str) -> Result<Outcome, WireError> {
         let stops_known = self.channel.stops();
         self.carry_out(Command::Release, Admission::NONE, stops_known, Asked::Because(why))
             .await
     }
 
-    /// Sends an admitted command.
+    /// Carries out an admitted command. `stops_known` is the count of stops when it was asked for: a command that a
+    /// later stop has overtaken is refused.
     ///
     /// # Errors
-    /// As [`Self::command`].
+    /// The rig's state does not allow it, or the real-time thread does not answer.
     pub(in crate::control) async fn carry_out(
         &self,
         command: Command,

@@ -98,13 +98,13 @@ pub(in crate::control) struct Records {
 
 impl Records {
     /// Of rigs that move a hand in a plane by these kinematics, or on a line.
-    pub(in crate::control) fn new(kinematics: Option<Kinematics>) -> Self {
+    pub(in crate::control) fn new(state_dir: &Path, kinematics: Option<Kinematics>) -> Self {
         let heading = "What `haptic-ctl commission` found. Without this file the rig counts as never commissioned.";
         Self {
             cached: RefCell::default(),
             confirmed: Cell::default(),
             refuted: RefCell::default(),
-            folder: RigFolder::new("commissioned", heading),
+            folder: RigFolder::new(state_dir, "commissioned", heading),
             kinematics,
             surveys: Workers::new("survey", 1),
             surveyed: Cell::default(),
@@ -131,26 +131,21 @@ impl Records {
 
     /// Whether a rig was commissioned and has not changed since. A cached answer may be a moment
     /// old.
-    pub(in crate::control) async fn known(
-        &self,
-        state_dir: &Path,
-        device: &ConnectedDevice,
-        may_be_cached: bool,
-    ) -> CommissionState {
+    pub(in crate::control) async fn known(&self, device: &ConnectedDevice, may_be_cached: bool) -> CommissionState {
         if may_be_cached && let Some(known) = self.fresh(device.connection) {
             return known;
         }
-        let known = self.of_all_motors(state_dir, device).await;
+        let known = self.of_all_motors(device).await;
         *self.cached.borrow_mut() = Some((device.connection, Instant::now(), known.clone()));
         known
     }
 
     /// What is known of a rig by the records of all its motors.
-    async fn of_all_motors(&self, state_dir: &Path, device: &ConnectedDevice) -> CommissionState {
+    async fn of_all_motors(&self, device: &ConnectedDevice) -> CommissionState {
         let is_confirmed = self.confirmed.get() == Some(device.connection);
         let (mut records, mut doubt) = (Vec::new(), None);
         for (number, part) in (1..).zip(device.parts()) {
-            match self.of_this_rig(state_dir, &part).await {
+            match self.of_this_rig(&part).await {
                 Err(why) => {
                     let is_reversed = self.is_refuted(&part);
                     let why = match device.motors {
@@ -178,7 +173,6 @@ impl Records {
     /// What a rig is by a record that is not stored yet, and by those of its other motors; `None` where one has none.
     pub(in crate::control) async fn findings_with(
         &self,
-        state_dir: &Path,
         device: &ConnectedDevice,
         record: &Record,
     ) -> Option<Findings> {
@@ -187,7 +181,7 @@ impl Records {
             records.push(if part.rig.key == record.origin.rig {
                 record.clone()
             } else {
-                self.of_this_rig(state_dir, &part).await.ok()?
+                self.of_this_rig(&part).await.ok()?
             });
         }
         Some(self.of_whole(&records).await)
@@ -218,13 +212,13 @@ impl Records {
     }
 
     /// The record that is valid for a device, or why there is none.
-    async fn of_this_rig(&self, state_dir: &Path, device: &ConnectedDevice) -> Result<Record, String> {
+    async fn of_this_rig(&self, device: &ConnectedDevice) -> Result<Record, String> {
         if self.is_refuted(device) {
             return Err(
                 "its motor has moved the handle the wrong way: swap its wires or those of the encoder first".to_owned(),
             );
         }
-        let found = self.folder.read::<Record>(state_dir, &device.rig.key).await;
+        let found = self.folder.read::<Record>(&device.rig.key).await;
         let record = found
             .map_err(|why| format!("its commissioning record cannot be read: {why}"))?
             .ok_or("it was never commissioned")?;
@@ -240,12 +234,11 @@ impl Records {
     /// One was not, or has changed too much since.
     pub(in crate::control) async fn of_parts(
         &self,
-        state_dir: &Path,
         device: &ConnectedDevice,
     ) -> Result<Vec<(ConnectedDevice, Record)>, WireError> {
         let mut records = Vec::new();
         for part in device.parts() {
-            let record = self.of_this_rig(state_dir, &part).await.map_err(|why| {
+            let record = self.of_this_rig(&part).await.map_err(|why| {
                 let message = format!(
                     "cannot take {} for a commissioned rig: {why}: run `haptic-ctl commission`",
                     part.rig.key
@@ -262,19 +255,13 @@ impl Records {
     ///
     /// # Errors
     /// None is, the device has changed too much for that, or the file cannot be written.
-    pub(in crate::control) async fn confirm(
-        &self,
-        state_dir: &Path,
-        device: &ConnectedDevice,
-        by: &Peer,
-    ) -> Result<(), WireError> {
-        for (part, record) in self.of_parts(state_dir, device).await? {
+    pub(in crate::control) async fn confirm(&self, device: &ConnectedDevice, by: &Peer) -> Result<(), WireError> {
+        for (part, record) in self.of_parts(device).await? {
             let origin = Origin::now(&part, by);
             if origin.is_of_the_same(&record.origin) {
                 self.taken_for_the_rig(device.connection);
             } else {
-                self.store(state_dir, Record { origin, ..record }, device.connection)
-                    .await?;
+                self.store(Record { origin, ..record }, device.connection).await?;
             }
         }
         Ok(())
@@ -284,22 +271,17 @@ impl Records {
     ///
     /// # Errors
     /// It could not, or not in time.
-    pub(in crate::control) async fn check(&self, state_dir: &Path, device: &ConnectedDevice) -> Result<(), WireError> {
-        self.folder.check(state_dir, &device.rig.key).await
+    pub(in crate::control) async fn check(&self, device: &ConnectedDevice) -> Result<(), WireError> {
+        self.folder.check(&device.rig.key).await
     }
 
     /// Writes the record of the rig at a connection; returns its file.
     ///
     /// # Errors
     /// The file cannot be written, or not in time.
-    pub(in crate::control) async fn store(
-        &self,
-        state_dir: &Path,
-        record: Record,
-        connection: u64,
-    ) -> Result<PathBuf, WireError> {
+    pub(in crate::control) async fn store(&self, record: Record, connection: u64) -> Result<PathBuf, WireError> {
         let key = record.origin.rig.clone();
-        let written = self.folder.write(state_dir, &key, record).await?;
+        let written = self.folder.write(&key, record).await?;
         self.refuted.borrow_mut().remove(&key);
         self.taken_for_the_rig(connection);
         Ok(written)
@@ -318,11 +300,11 @@ impl Records {
     ///
     /// # Errors
     /// The file cannot be removed, or not in time.
-    pub(in crate::control) async fn withdraw(&self, state_dir: &Path, device: &ConnectedDevice) -> Result<(), String> {
+    pub(in crate::control) async fn withdraw(&self, device: &ConnectedDevice) -> Result<(), String> {
         if !device.rig.has_serial_number {
             return Ok(());
         }
-        self.folder.remove(state_dir, &device.rig.key).await
+        self.folder.remove(&device.rig.key).await
     }
 
     fn taken_for_the_rig(&self, connection: u64) {
@@ -335,34 +317,6 @@ impl Records {
 mod tests {
     use super::*;
     use crate::control::rig_files::tests::{device, origin};
-
-    #[test]
-    fn an_older_record_reads() {
-        let text = "rig = \"serial-/dev/ttyACM0\"\nfirmware = \"mine 1.0\"\nreversed = false\nresolution_m = 1e-5\n\
-                    step_m = 1e-5\nfriction_N = 0.8\ntime_unix_s = 1.0\nby = \"ada\"\n";
-        let origin = Origin {
-            force_limit_n: None,
-            sample_rate_hz: None,
-            watchdog_ms: None,
-            buttons: None,
-            ..origin()
-        };
-        let record = Record {
-            origin,
-            step_m: Some(1e-5),
-            findings: Findings {
-                friction_n: Some(0.8),
-                ..Findings::default()
-            },
-            alone: None,
-            coupling: None,
-        };
-        assert_eq!(toml::from_str(text).as_ref(), Ok(&record));
-        assert_eq!(
-            toml::from_str(&toml::to_string(&record).expect("it can be written")),
-            Ok(record)
-        );
-    }
 
     // hazard: H13
     #[tokio::test]
@@ -381,26 +335,26 @@ mod tests {
                 alone: None,
                 coupling: None,
             };
-            let records = Records::new(None);
-            records.store(place, found.clone(), rig.connection).await.expect("kept");
-            assert!(is_in(&records.known(place, &rig, false).await));
+            let records = Records::new(place, None);
+            records.store(found.clone(), rig.connection).await.expect("kept");
+            assert!(is_in(&records.known(&rig, false).await));
 
             records.refute(&rig);
-            assert!(!is_in(&records.known(place, &rig, true).await), "at once");
-            records.withdraw(place, &rig).await.expect("removed");
-            assert!(!is_in(&records.known(place, &rig, false).await));
+            assert!(!is_in(&records.known(&rig, true).await), "at once");
+            records.withdraw(&rig).await.expect("removed");
+            assert!(!is_in(&records.known(&rig, false).await));
             let plugged_in_again = ConnectedDevice {
                 connection: rig.connection + 1,
                 ..rig.clone()
             };
             // Of a board without a number the next may be another one, which is in doubt anyway.
-            for (what, records) in [("this daemon", &records), ("the next", &Records::new(None))] {
-                let known = records.known(place, &plugged_in_again, false).await;
+            for (what, records) in [("this daemon", &records), ("the next", &Records::new(place, None))] {
+                let known = records.known(&plugged_in_again, false).await;
                 assert_eq!(is_in(&known), !has_serial_number, "{what}");
             }
 
-            records.store(place, found, rig.connection).await.expect("kept");
-            assert!(is_in(&records.known(place, &rig, false).await), "commissioned again");
+            records.store(found, rig.connection).await.expect("kept");
+            assert!(is_in(&records.known(&rig, false).await), "commissioned again");
         }
     }
 }

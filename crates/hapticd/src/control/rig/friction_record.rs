@@ -54,17 +54,15 @@ pub(in crate::control) struct RigFrictions {
     folder: RigFolder,
 }
 
-impl Default for RigFrictions {
-    fn default() -> Self {
+impl RigFrictions {
+    pub(in crate::control) fn new(state_dir: &Path) -> Self {
         let heading = "What `haptic-ctl identify --rig` found of the rig's own friction.";
         Self {
             newest: RefCell::default(),
-            folder: RigFolder::new("friction", heading),
+            folder: RigFolder::new(state_dir, "friction", heading),
         }
     }
-}
 
-impl RigFrictions {
     /// What is known of the friction of the rig on a connection, if its file was read already.
     pub(in crate::control) fn known(&self, connection: u64) -> Option<KnownFriction> {
         let newest = self.newest.borrow();
@@ -73,17 +71,17 @@ impl RigFrictions {
     }
 
     /// What is known of the friction of a rig; its file is read until it was read once for a connection.
-    pub(in crate::control) async fn of(&self, state_dir: &Path, device: &ConnectedDevice) -> KnownFriction {
+    pub(in crate::control) async fn of(&self, device: &ConnectedDevice) -> KnownFriction {
         match self.known(device.connection) {
             None | Some(KnownFriction::Unread(_)) => {}
             Some(known) => return known,
         }
-        let known = match self.folder.read::<FrictionRecord>(state_dir, &device.rig.key).await {
+        let known = match self.folder.read::<FrictionRecord>(&device.rig.key).await {
             Ok(None) => KnownFriction::Never,
             Ok(Some(record)) => match usable(&record, device) {
                 Ok(friction) => KnownFriction::Identified(friction),
                 Err(why) => {
-                    let path = self.folder.path_of(state_dir, &device.rig.key);
+                    let path = self.folder.path_of(&device.rig.key);
                     KnownFriction::Unusable(format!("{}: {why}", path.display()))
                 }
             },
@@ -94,8 +92,8 @@ impl RigFrictions {
     }
 
     /// What was identified of a rig that is not the connected one.
-    pub(in crate::control) async fn of_other(&self, state_dir: &Path, key: &str) -> Option<RigFriction> {
-        let record = self.folder.read::<FrictionRecord>(state_dir, key).await.ok()??;
+    pub(in crate::control) async fn of_other(&self, key: &str) -> Option<RigFriction> {
+        let record = self.folder.read::<FrictionRecord>(key).await.ok()??;
         record.friction.validate().is_ok().then_some(record.friction)
     }
 
@@ -105,7 +103,6 @@ impl RigFrictions {
     /// A value is out of range, or the file cannot be written in time.
     pub(in crate::control) async fn store(
         &self,
-        state_dir: &Path,
         device: &ConnectedDevice,
         friction: RigFriction,
         by: &Peer,
@@ -115,7 +112,7 @@ impl RigFrictions {
             origin: Origin::now(device, by),
             friction,
         };
-        let path = self.folder.write(state_dir, &device.rig.key, record).await?;
+        let path = self.folder.write(&device.rig.key, record).await?;
         *self.newest.borrow_mut() = Some((device.connection, KnownFriction::Identified(friction)));
         Ok(path)
     }
@@ -162,13 +159,6 @@ mod tests {
     }
 
     #[test]
-    fn what_was_identified_is_read_again() {
-        let text = toml::to_string(&record()).expect("it can be written");
-        assert_eq!(toml::from_str(&text), Ok(record()), "{text}");
-        assert_eq!(usable(&record(), &device()), Ok(FRICTION));
-    }
-
-    #[test]
     fn a_record_that_does_not_hold_is_not_used_and_says_why() {
         let mut turned = device();
         turned.rig.reversed = true;
@@ -183,39 +173,30 @@ mod tests {
     #[tokio::test]
     async fn the_file_of_a_rig_is_read_once_for_a_connection() {
         let directory = tempfile::tempdir().expect("a directory");
-        let frictions = RigFrictions::default();
+        let frictions = RigFrictions::new(directory.path());
         assert_eq!(frictions.known(1), None);
-        assert_eq!(frictions.of(directory.path(), &device()).await, KnownFriction::Never);
+        assert_eq!(frictions.of(&device()).await, KnownFriction::Never);
         assert_eq!(frictions.known(1), Some(KnownFriction::Never));
         let by = Peer::default();
-        let path = frictions
-            .store(directory.path(), &device(), FRICTION, &by)
-            .await
-            .expect("stored");
+        let path = frictions.store(&device(), FRICTION, &by).await.expect("stored");
         assert_eq!(frictions.known(1), Some(KnownFriction::Identified(FRICTION)));
         let mut again = device();
         again.connection = 2;
         assert_eq!(frictions.known(2), None, "another may be plugged in");
-        assert_eq!(
-            frictions.of(directory.path(), &again).await,
-            KnownFriction::Identified(FRICTION)
-        );
+        assert_eq!(frictions.of(&again).await, KnownFriction::Identified(FRICTION));
         std::fs::write(&path, "friction = 3").expect("written");
         again.connection = 3;
-        let known = frictions.of(directory.path(), &again).await;
+        let known = frictions.of(&again).await;
         let why = known.problem().expect("it is not a record");
         assert!(why.contains(&path.display().to_string()), "{why}");
         // What could not be read is tried again.
         std::fs::remove_file(&path).expect("removed");
-        assert_eq!(frictions.of(directory.path(), &again).await, KnownFriction::Never);
+        assert_eq!(frictions.of(&again).await, KnownFriction::Never);
         let wrong = RigFriction {
             mass: f64::NAN,
             ..FRICTION
         };
-        let refused = frictions
-            .store(directory.path(), &device(), wrong, &by)
-            .await
-            .expect_err("NaN");
+        let refused = frictions.store(&device(), wrong, &by).await.expect_err("NaN");
         assert_eq!(
             (refused.code, refused.unit.as_deref()),
             (ErrorCode::OutOfRange, Some("kg"))

@@ -130,10 +130,10 @@ impl KnownRig {
             of: CouplingOwner::default(),
         };
         Self {
-            records: Records::new(facts.kinematics),
+            records: Records::new(&facts.state_dir, facts.kinematics),
+            frictions: RigFrictions::new(&facts.state_dir),
             suited: RefCell::new(facts.first_scene.clone().map(first)),
             facts,
-            frictions: RigFrictions::default(),
             verdicts: Verdicts::default(),
             broken_bounds: BrokenBounds::default(),
             searches: Workers::new("devices", MAX_SEARCHES),
@@ -347,8 +347,8 @@ impl KnownRig {
     async fn read(&self, device: &ConnectedDevice) {
         let before = self.frictions.known(device.connection);
         // What its commissioning found is used as well.
-        drop(self.records.known(&self.facts.state_dir, device, true).await);
-        let known = self.frictions.of(&self.facts.state_dir, device).await;
+        drop(self.records.known(device, true).await);
+        let known = self.frictions.of(device).await;
         if let Some(why) = known.problem()
             && before.as_ref() != Some(&known)
         {

@@ -6,44 +6,34 @@ use crate::rt::handoff::ControlSide;
 use crate::rt::inbox::{RigSetup, Sender, SentCommand, ToLoop};
 use crate::rt::outbox::{Answers, TickRecord};
 use crate::rt::shared::Shared;
-use crate::rt::space::CompiledIn;
 use crate::telemetry::feed::Feed;
 use crate::telemetry::subscribers::KnownScene;
 use crate::timers::AnswerTimer;
-use haptic_core::OwnMotion;
 use haptic_core::limiter::Limits;
-use haptic_core::planar::Plane;
+use haptic_core::servo::Settings;
 use haptic_ipc::{ErrorCode, RigState, ServoSetup, WireError};
 use std::cell::{Cell, RefCell, RefMut};
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 use tokio::sync::{Mutex, MutexGuard};
-
-/// Timeout of an answer from the real-time thread.
-const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
-
-/// Further looks for an answer after the timeout: this thread itself may have been held up, and the
-/// real-time thread may not have run since.
-const FINAL_CHECKS: u32 = 20;
 
 /// The control thread's end of the hand-over. Only one thread uses it, so cells suffice.
 #[derive(Debug)]
 pub(crate) struct LoopChannel {
-    shared: Arc<Shared>,
-    inbox: RefCell<Sender>,
+    pub(in crate::control) shared: Arc<Shared>,
+    pub(super) inbox: RefCell<Sender>,
     feed: RefCell<Feed>,
     /// One command at a time, by its number: the next one waits until it is answered.
     turn: Mutex<()>,
     serial: Cell<u64>,
-    /// What is known of the rig, as it went with the newest command to engage.
-    sent_setup: Cell<Option<RigSetup>>,
+    /// What is known of the rig, as it went with the newest command to engage; before one as the loop began.
+    sent_setup: Cell<RigSetup>,
     /// Limits that were sent, until the record of the first tick with them has come.
     sent_limits: Cell<Option<Limits>>,
     /// Clients that engage at this moment.
     engaging: Cell<usize>,
     /// The newest tick in which a command to engage was carried out.
-    engaged_at: Cell<u64>,
+    pub(super) engaged_at: Cell<u64>,
     /// The daemon ends: the rig can be released, but no longer engaged.
     is_closing: Cell<bool>,
     /// Whether clients find the socket.
@@ -62,13 +52,16 @@ impl Drop for Engaging<'_> {
 impl LoopChannel {
     pub(super) fn new(control: ControlSide, facts: &Facts) -> Self {
         let ControlSide { shared, inbox, records } = control;
+        let Settings {
+            losses, compensation, ..
+        } = facts.servo.get();
         Self {
             shared,
             inbox: RefCell::new(inbox),
             feed: RefCell::new(Feed::new(records, facts.period_ns, facts.link.clone())),
             turn: Mutex::new(()),
             serial: Cell::new(0),
-            sent_setup: Cell::new(None),
+            sent_setup: Cell::new(RigSetup { losses, compensation }),
             sent_limits: Cell::new(None),
             engaging: Cell::new(0),
             engaged_at: Cell::new(0),
@@ -112,7 +105,7 @@ impl LoopChannel {
             self.servo_in_use(facts)
         };
         let changes = feed.update_subscribers(scenes, servo_of);
-        if feed.is_snapshot_due() && self.send(ToLoop::Snapshot(Box::new(None))) {
+        if feed.is_snapshot_due() && self.inbox.borrow_mut().send(ToLoop::Snapshot(Box::new(None))) {
             feed.snapshot_asked();
         }
         changes
@@ -121,33 +114,9 @@ impl LoopChannel {
     /// The settings that the loop's servo has, or will have with the command to engage that was sent;
     /// `None` while the device is not connected, whose resolution and limit are among them.
     pub(crate) fn servo_in_use(&self, facts: &Facts) -> Option<ServoSetup> {
-        let settings = facts.servo.get();
-        let begun_with = RigSetup {
-            losses: settings.losses,
-            compensation: settings.compensation,
-        };
         facts
             .is_device_known()
-            .then(|| facts.servo_setup(self.sent_setup.get().unwrap_or(begun_with)))
-    }
-
-    /// Sends a scene to be rendered; of several that wait the newest is.
-    pub(super) fn post(&self, scene: CompiledIn) {
-        self.inbox.borrow_mut().post(scene);
-    }
-
-    /// Sends a motion of the rig's own likewise.
-    pub(super) fn post_motion(&self, motion: OwnMotion, along: Plane) {
-        self.inbox.borrow_mut().post_motion(motion, along);
-    }
-
-    fn send(&self, entry: ToLoop) -> bool {
-        self.send_all(vec![entry])
-    }
-
-    /// Sends entries: the loop sees all of them or none. Returns whether there was room.
-    pub(super) fn send_all(&self, entries: Vec<ToLoop>) -> bool {
-        self.inbox.borrow_mut().send_all(entries)
+            .then(|| facts.servo_setup(self.sent_setup.get()))
     }
 
     /// The turn to send a command.
@@ -161,10 +130,10 @@ impl LoopChannel {
     /// # Errors
     /// The real-time thread takes no commands.
     pub(super) fn send_command(&self, sent: SentCommand, rig: Option<RigSetup>) -> Result<(), WireError> {
-        if !self.send(ToLoop::Command { sent, rig }) {
+        if !self.inbox.borrow_mut().send(ToLoop::Command { sent, rig }) {
             return Err(takes_no_commands(sent.command.name()));
         }
-        self.sent_setup.set(rig.or(self.sent_setup.get()));
+        self.sent_setup.set(rig.unwrap_or(self.sent_setup.get()));
         Ok(())
     }
 
@@ -174,7 +143,7 @@ impl LoopChannel {
     /// The real-time thread takes no commands.
     pub(super) fn send_limits(&self, limits: Limits) -> Result<u64, WireError> {
         let serial = self.next_serial();
-        if !self.send(ToLoop::Limits { serial, limits }) {
+        if !self.inbox.borrow_mut().send(ToLoop::Limits { serial, limits }) {
             return Err(takes_no_commands("change the limits"));
         }
         self.sent_limits.set(Some(limits));
@@ -185,7 +154,7 @@ impl LoopChannel {
     pub(super) fn limits_taken(&self, facts: &Facts) {
         if let Some(limits) = self.sent_limits.take() {
             facts.set_limits(limits);
-            self.feed.borrow_mut().doubt_servo();
+            self.feed.borrow_mut().servo_is_doubtful = true;
         }
     }
 
@@ -195,20 +164,10 @@ impl LoopChannel {
         self.serial.get()
     }
 
-    /// Takes a command back for which nobody waits any more.
-    pub(super) fn withdraw(&self, serial: u64) {
-        self.shared.withdraw(serial);
-    }
-
     /// A client begins to engage.
     pub(super) fn begin_engaging(&self) -> Engaging<'_> {
         self.engaging.set(self.engaging.get() + 1);
         Engaging(&self.engaging)
-    }
-
-    /// A command to engage was carried out in a tick.
-    pub(super) fn engaged(&self, tick: u64) {
-        self.engaged_at.set(tick);
     }
 
     /// Begins the end of the daemon.
@@ -243,13 +202,8 @@ impl LoopChannel {
     /// Asks for zero force at once; returns the number of the stop.
     pub(super) fn stop(&self) -> u64 {
         let stop = self.shared.stop();
-        self.feed.borrow_mut().stop_begun(stop, now_ns());
+        self.feed.borrow_mut().timing.stops.begin(stop, now_ns());
         stop
-    }
-
-    /// Sets the time at which the real-time thread releases the rig, unless it is postponed.
-    pub(crate) fn lease_until(&self, until_ns: u64) {
-        self.shared.lease_until(until_ns);
     }
 
     /// A function that ends the loop with zero force, from any thread, also while this one hangs.
@@ -275,41 +229,8 @@ impl LoopChannel {
     }
 
     /// The times to look for an answer of a loop of this period, ns.
-    pub(in crate::control) fn looks(&self, period_ns: u64) -> Looks {
-        Looks {
-            timer: AnswerTimer::new(period_ns, self.newest().map(|record| record.deadline_ns)),
-            asked: Instant::now(),
-            final_checks: FINAL_CHECKS,
-        }
-    }
-}
-
-/// The times to look for an answer, until it is late.
-#[derive(Debug)]
-pub(in crate::control) struct Looks {
-    timer: AnswerTimer,
-    asked: Instant,
-    final_checks: u32,
-}
-
-impl Looks {
-    /// Waits for the next time.
-    ///
-    /// # Errors
-    /// The real-time thread has not answered in time.
-    pub(in crate::control) async fn next(&mut self) -> Result<(), WireError> {
-        let is_late = self.asked.elapsed() > ANSWER_TIMEOUT;
-        if is_late && self.final_checks == 0 {
-            let message = format!(
-                "the real-time thread has not answered for {} ms; cut the power of the motor if it still pulls",
-                ANSWER_TIMEOUT.as_millis()
-            );
-            return Err(WireError::new(ErrorCode::NotResponding, message));
-        }
-        self.final_checks -= u32::from(is_late);
-        // The real-time thread wakes no other: that would be a system call.
-        self.timer.next().await;
-        Ok(())
+    pub(in crate::control) fn looks(&self, period_ns: u64) -> AnswerTimer {
+        AnswerTimer::new(period_ns, self.newest().map(|record| record.deadline_ns))
     }
 }
 

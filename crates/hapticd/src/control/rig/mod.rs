@@ -24,10 +24,8 @@ use crate::control::journal::Completion;
 use crate::control::lease::Leases;
 use crate::control::library::Library;
 use crate::control::reload::Reloads;
-use crate::control::rig::commission_record::Records;
 use crate::control::rig::entries::RigJournal;
-use crate::control::rig::exclusive_use::state::ExclusiveUse;
-use crate::control::rig::friction_record::RigFrictions;
+use crate::control::rig::exclusive_use::ExclusiveUse;
 use crate::control::rig::known_rig::KnownRig;
 use crate::control::rig::loop_channel::LoopChannel;
 use crate::control::rig::schedule::Schedule;
@@ -36,7 +34,7 @@ use crate::rt::outbox::{Answers, TickRecord};
 use crate::telemetry::feed::Feed;
 use haptic_core::Scene;
 use haptic_core::servo::Fault;
-use haptic_ipc::{JournalEntry, LogReply, WireError};
+use haptic_ipc::{Event, JournalEntry, LogReply, Peer, StateReply, Topic, WireError};
 use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::rc::Rc;
 
@@ -50,7 +48,7 @@ pub(crate) struct RigHandle {
     schedule: RefCell<Schedule>,
     journal: RefCell<RigJournal>,
     pub(crate) leases: Leases,
-    exclusive_use: RefCell<Option<ExclusiveUse>>,
+    pub(in crate::control) exclusive_use: RefCell<Option<ExclusiveUse>>,
     pub(in crate::control) library: Library,
     pub(crate) reloads: Reloads,
     /// Clients that are connected.
@@ -127,20 +125,6 @@ impl RigHandle {
         self.schedule.borrow()
     }
 
-    pub(in crate::control) fn exclusive_use(&self) -> &RefCell<Option<ExclusiveUse>> {
-        &self.exclusive_use
-    }
-
-    /// What the commissioning of rigs has found.
-    pub(in crate::control) fn records(&self) -> &Records {
-        &self.known.records
-    }
-
-    /// What was identified of rigs.
-    pub(in crate::control) fn frictions(&self) -> &RigFrictions {
-        &self.known.frictions
-    }
-
     /// Enters an entry into the journal, at the newest revision.
     pub(crate) fn enter(&self, until: Completion, entry: JournalEntry) {
         let revision = self.revision();
@@ -148,12 +132,32 @@ impl RigHandle {
         self.journal.borrow_mut().entries.enter(until, entry);
     }
 
+    /// Enters what was done, for whom if a client asked for it, and a message.
+    pub(in crate::control) fn enter_done(&self, op: &str, by: Option<&Peer>, message: Option<String>) {
+        let entry = JournalEntry {
+            by: by.cloned(),
+            message,
+            ..JournalEntry::of(op)
+        };
+        self.enter(Completion::Done, entry);
+    }
+
+    /// The state of the newest record, for an answer.
+    pub(in crate::control) fn state_reply(&self) -> StateReply {
+        let feed = self.feed();
+        StateReply {
+            state: feed.state(),
+            tick: feed.newest().map_or(0, |record| record.tick),
+        }
+    }
+
     /// Completes the journal by the records of changes, and sends its new entries to the subscribers.
     fn keep_journal(&self, changes: &[TickRecord]) {
         let (feed, revision) = (self.feed(), self.revision());
         let mut journal = self.journal.borrow_mut();
         for entry in journal.completed(&self.facts, revision, changes, feed.answers()) {
-            feed.send_entry(&entry);
+            feed.subscribers
+                .broadcast(Topic::Log, || Event::Log(Box::new(entry.clone())));
         }
     }
 

@@ -65,14 +65,18 @@ impl RigHandle {
     pub(in crate::control) fn lend_loop(&self, motion: OwnMotion, along: Plane) {
         // A ramp to the newest scene ends here: the loop will get its end back.
         self.history_mut().end_ramp();
-        self.channel.post_motion(motion, along);
+        self.channel.inbox.borrow_mut().post_motion(motion, along);
     }
 
     /// Makes the loop render the newest scene again.
     pub(in crate::control) fn give_loop_back(&self) {
         let scene = self.scene();
         match Compiled::new(&scene, &scene, &self.facts, 0.0) {
-            Ok(compiled) => self.channel.post(compiled.into_parts(self.revision()).0),
+            Ok(compiled) => self
+                .channel
+                .inbox
+                .borrow_mut()
+                .post(compiled.into_parts(self.revision()).0),
             // It was rendered before.
             Err(error) => crate::say(&format!("the scene cannot be rendered any more: {}", error.message)),
         }
@@ -107,7 +111,7 @@ impl RigHandle {
         let (scene, ramp) = compiled.into_parts(revision);
         self.history_mut().keep_ramp(ramp, steps);
         self.enter(Completion::Rendered(revision), entry);
-        self.channel.post(scene);
+        self.channel.inbox.borrow_mut().post(scene);
         revision
     }
 

@@ -316,7 +316,7 @@ impl RigHandle {
         }
         let numbered = (base_revision + 1..).zip(changes);
         let (sent, waiting): (Vec<_>, Vec<_>) = numbered.map(|(revision, change)| change.split(revision)).unzip();
-        if !self.channel.send_all(sent) {
+        if !self.channel.inbox.borrow_mut().send_all(sent) {
             let message = "the real-time thread takes no further changes: cancel the schedule and try again";
             return Err(WireError::new(ErrorCode::NotResponding, message));
         }
@@ -385,16 +385,13 @@ impl RigHandle {
 
     /// Enters that changes were taken back.
     fn enter_cancelled(&self, cancelled: usize, by: Option<&Peer>, why: &str) {
-        let entry = JournalEntry {
-            by: by.cloned(),
-            message: Some(format!("scheduled changes were cancelled ({cancelled}): {why}")),
-            ..JournalEntry::of(if by.is_some() {
-                "schedule.cancel"
-            } else {
-                "schedule_cancelled"
-            })
+        let op = if by.is_some() {
+            "schedule.cancel"
+        } else {
+            "schedule_cancelled"
         };
-        self.enter(Completion::Done, entry);
+        let message = format!("scheduled changes were cancelled ({cancelled}): {why}");
+        self.enter_done(op, by, Some(message));
     }
 }
 

@@ -1,11 +1,12 @@
 //! Dispatches each request to the file of its operation, and writes its answer.
 
 use super::{Answer, Client};
+use crate::control::admission::Admission;
 use crate::control::change::{self, PendingChange};
 use crate::control::peer::Requester;
 use crate::control::places::MAX_CLIENTS;
-use crate::control::rig::ReadAfter;
 use crate::control::rig::commission_record::Findings;
+use crate::control::rig::{Asked, ReadAfter};
 use crate::control::schedule::ScheduleOptions;
 use crate::control::{
     advise, commission, devices, hand, home, identify, lease, library, reload, schedule, status, subscribe,
@@ -28,7 +29,13 @@ impl Client {
         if let Some(refusal) = self.refusal(&envelope.request) {
             return Answer::Now(answer::<()>(id, Err(refusal)));
         }
-        let command = async |command| rig.command(command, read_after.stops, by).await.map(reply);
+        // Those that bring no force.
+        let command = async |command| {
+            let asked = Asked::By(by.peer);
+            rig.carry_out(command, Admission::NONE, read_after.stops, asked)
+                .await
+                .map(reply)
+        };
         let begun = |begun: Result<PendingChange, WireError>| match begun {
             Ok(change) => Answer::OnceRendered(envelope.id, change),
             Err(error) => Answer::Now(answer::<()>(id, Err(error))),

@@ -7,7 +7,6 @@ use tokio::net::unix::OwnedReadHalf;
 use tokio_util::bytes::BytesMut;
 use tokio_util::codec::{Decoder, LinesCodec, LinesCodecError};
 
-/// The lines of a client.
 pub(super) struct Lines {
     reader: OwnedReadHalf,
     codec: LinesCodec,

@@ -111,7 +111,7 @@ pub(super) async fn run(
         writing.abort();
         return;
     }
-    client.rig.feed().unsubscribe(session);
+    client.rig.feed().subscribers.unsubscribe(session);
     client.left().await;
     client.rig.leases.forget(session);
     drop(client);
@@ -127,10 +127,15 @@ struct QueuedLine {
 
 /// A line after it was parsed.
 enum ReceivedLine {
-    /// A request.
-    Request { envelope: Envelope, read_after: ReadAfter },
+    Request {
+        envelope: Envelope,
+        read_after: ReadAfter,
+    },
     /// A line that is not a request.
-    Refused { id: Option<u64>, error: WireError },
+    Refused {
+        id: Option<u64>,
+        error: WireError,
+    },
 }
 
 impl ReceivedLine {

@@ -185,6 +185,7 @@ impl DelayedForce {
 }
 
 /// Counts what a motor is sent.
+#[derive(Default)]
 struct Count {
     limit_n: f64,
     /// The tick from which on a rig that nobody moves is to rest.
@@ -202,21 +203,6 @@ struct Count {
 }
 
 impl Count {
-    fn new(limit_n: f64, rests_from: u32) -> Self {
-        Self {
-            limit_n,
-            rests_from,
-            last_n: 0.0,
-            sign_changes: 0,
-            late_sign_changes: 0,
-            before_n: 0.0,
-            jumps: 0,
-            at_limit: 0,
-            greatest_force_n: 0.0,
-            ticks: 0,
-        }
-    }
-
     /// A number so far as one a second.
     fn per_s(&self, number: u32, period_s: f64) -> f64 {
         f64::from(number) / (f64::from(self.ticks.max(1)) * period_s)
@@ -240,6 +226,7 @@ impl Count {
 }
 
 /// Whether a rig that nobody moves rests, with a force that stays.
+#[derive(Default)]
 struct Rest {
     limit_n: f64,
     last_n: f64,
@@ -248,15 +235,6 @@ struct Rest {
 }
 
 impl Rest {
-    fn new(limit_n: f64, least_ticks: u32) -> Self {
-        Self {
-            limit_n,
-            last_n: 0.0,
-            ticks: 0,
-            least_ticks,
-        }
-    }
-
     fn add(&mut self, force_n: f64, velocity_mps: f64) {
         let stays = (force_n - self.last_n).abs() <= STILL.0 * self.limit_n && velocity_mps.abs() <= STILL.1;
         self.ticks = if stays { self.ticks + 1 } else { 0 };
@@ -297,11 +275,17 @@ pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, stroke
 
     let (mut servo, mut device) = (rig.servo(renderer), rig.in_process(hand, stroke_m));
     let mut line = DelayedForce::new(rig.delay_s, period_s);
-    let mut count = Count::new(rig.force_limit_n, ticks_in(RESTS_AFTER_S));
-    let mut rest = Rest::new(
-        rig.force_limit_n,
-        ticks_in(REST_S + 2.0 * rig.delay_s + SETTLING.1 * sample_period_s),
-    );
+    let limit_n = rig.force_limit_n;
+    let mut count = Count {
+        limit_n,
+        rests_from: ticks_in(RESTS_AFTER_S),
+        ..Count::default()
+    };
+    let mut rest = Rest {
+        limit_n,
+        least_ticks: ticks_in(REST_S + 2.0 * rig.delay_s + SETTLING.1 * sample_period_s),
+        ..Rest::default()
+    };
     let mut sample = Measurement::new(0, 0, device.plant().position_m());
     for tick in 0..ends_at {
         let (now_s, now_ns) = (f64::from(tick) * period_s, u64::from(tick) * period_ns);

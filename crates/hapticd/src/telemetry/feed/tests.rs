@@ -2,8 +2,11 @@
 
 use super::*;
 use crate::rt::outbox::{self, FromLoop};
-use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, ClientLine};
+use crate::rt::tick::tests::{SETTINGS, compiled, servo};
+use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, ClientLine, Subscription};
 use haptic_core::Scene;
+use haptic_core::passivity::RigLosses;
+use haptic_core::servo::Settings;
 use std::sync::Arc;
 use tokio::sync::{Semaphore, mpsc};
 
@@ -45,7 +48,7 @@ fn the_state_comes_whole_at_first_and_then_at_every_change() {
     let (mut producer, consumer) = outbox::outbox(outbox::RECORDS);
     let mut feed = Feed::new(consumer, 1_000_000, None);
     let (subscription, mut received) = subscription(&[Topic::State], 1, 8);
-    feed.subscribe(1, subscription, setup(0.5));
+    feed.subscribers.subscribe(1, subscription, setup(0.5));
     for (tick, state, revision) in [
         (0, RigState::Idle, 1),
         (1, RigState::Idle, 1),
@@ -72,7 +75,7 @@ fn what_a_slow_subscriber_misses_is_counted_and_reported() {
     let (mut producer, consumer) = outbox::outbox(outbox::RECORDS);
     let mut feed = Feed::new(consumer, 1_000_000, None);
     let (subscription, mut received) = subscription(&[Topic::Samples], 2, 1);
-    feed.subscribe(1, subscription, setup(0.5));
+    feed.subscribers.subscribe(1, subscription, setup(0.5));
     let scenes = VecDeque::from([known(1)]);
     for tick in 0..10 {
         producer.push(None, || outbox::tests::record(tick));
@@ -98,7 +101,7 @@ fn backlog_of_an_unreading_subscriber_is_bounded_in_bytes() {
     let topics = [Topic::Samples, Topic::State, Topic::Log, Topic::Timing];
     let (subscription, mut received) = subscription(&topics, 1, BACKLOG_LINES);
     let room = Arc::clone(&subscription.room);
-    feed.subscribe(1, subscription, setup(0.5));
+    feed.subscribers.subscribe(1, subscription, setup(0.5));
     let scenes = VecDeque::from([known(1)]);
     for tick in 0..40_000 {
         producer.push(None, || outbox::tests::record(tick));
@@ -125,16 +128,10 @@ fn backlog_of_an_unreading_subscriber_is_bounded_in_bytes() {
     assert!(samples.dropped > 0 && samples.dropped < 40_000, "{}", samples.dropped);
 }
 
-fn setup(friction_n: f64) -> ServoSetup {
-    let settings = serde_json::json!({
-        "period_s": 1e-3, "ramp_s": 0.1,
-        "limits": {"force_N": 10.0, "slew_N_per_s": 1e3, "speed_mps": 3.0, "acceleration_mps2": 1e3},
-        "losses": {"damping_Ns_per_m": 0.0, "friction_N": friction_n},
-        "passivity_control_N": 0.0, "velocity": "alpha-beta-gamma", "stale_ns": 20_000_000,
-        "stop_button": null, "enable_button": null,
-    });
+fn setup(friction: f64) -> ServoSetup {
+    let losses = RigLosses { damping: 0.0, friction };
     ServoSetup {
-        settings: serde_json::from_value(settings).expect("settings"),
+        settings: Settings { losses, ..SETTINGS },
         scheme: haptic_core::Scheme::Exact,
         device_resolution_m: 1e-5,
         device_force_limit_n: None,
@@ -163,7 +160,7 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
     let (mut producer, consumer) = outbox::outbox(2000);
     let mut feed = Feed::new(consumer, 1_000_000, None);
     let (subscription, mut received) = subscription(&[Topic::State, Topic::Samples], 1, 64);
-    feed.subscribe(1, subscription, setup(0.5));
+    feed.subscribers.subscribe(1, subscription, setup(0.5));
     let scenes = VecDeque::from([known(1), known(2)]);
     // The control thread was held up for 600 ticks. A scene took effect at 100, and the rig was engaged at 400.
     for tick in 0..600 {
@@ -187,7 +184,7 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
     );
     // What it was sent is not sent again, and a later one hears nothing of what came before it.
     let (newer, mut newer_received) = self::subscription(&[Topic::State], 1, 64);
-    feed.subscribe(2, newer, setup(0.3));
+    feed.subscribers.subscribe(2, newer, setup(0.3));
     for (tick, state) in [(600, RigState::Idle), (601, RigState::Engaging)] {
         let mut record = outbox::tests::record(tick);
         (record.revision, record.state) = (2, state);
@@ -209,9 +206,9 @@ fn rows_begin_with_a_snapshot_and_another_follows_lost_rows() {
     let (mut producer, consumer) = outbox::outbox(16);
     let mut feed = Feed::new(consumer, 1_000_000, None);
     let (subscription, mut received) = subscription(&[Topic::Samples, Topic::Snapshot], 1, 64);
-    feed.subscribe(1, subscription, setup(0.5));
+    feed.subscribers.subscribe(1, subscription, setup(0.5));
     let scenes = VecDeque::from([known(1)]);
-    let mut servo = crate::rt::tick::tests::servo(0.1, crate::rt::tick::tests::compiled(&Scene::paper(), 1));
+    let mut servo = servo(0.1, compiled(&Scene::paper(), 1));
     let mut snapshot = || servo.snapshot().expect("no motion of its own");
     let mut go_on = |ticks: std::ops::Range<u64>, snapshot_at: Option<u64>, feed: &mut Feed| {
         for tick in ticks {

@@ -7,16 +7,118 @@
 //! restores the scene.
 
 pub(in crate::control) mod motion;
-pub(in crate::control) mod state;
 
 use crate::control::RigHandle;
 use crate::control::connected_device::{ConnectedDevice, no_device};
-use crate::control::journal::Completion;
 use crate::control::peer::Requester;
-use crate::control::rig::exclusive_use::state::{ExclusiveUse, MAX_SHARE, Work};
+use crate::control::rig::both_motors::DrivenAlone;
 use crate::telemetry::motion::HandleMotion;
-use haptic_ipc::{ErrorCode, JournalEntry, MAX_COMMISSION_LEASE_MS, Peer, RigState, WireError};
+use haptic_core::scene::Coupling;
+use haptic_ipc::{ErrorCode, ExcitationReport, MAX_COMMISSION_LEASE_MS, Peer, PulseReport, RigState, WireError};
 use std::cell::Ref;
+
+/// Largest share of the rig's force limit that a motion may have.
+const MAX_SHARE: f64 = 0.5;
+
+/// A client's use of the rig; it is kept until the next one begins.
+#[derive(Debug)]
+pub(in crate::control) struct ExclusiveUse {
+    pub(in crate::control) session: u64,
+    pub(in crate::control) by: Peer,
+    pub(in crate::control) device: ConnectedDevice,
+    /// The count of stops when it began: a further stop ends it.
+    pub(in crate::control) stops: u64,
+    pub(in crate::control) moving: bool,
+    pub(in crate::control) ended: Option<String>,
+    pub(in crate::control) work: Work,
+}
+
+/// What a client uses the rig for.
+#[derive(Debug)]
+pub(in crate::control) enum Work {
+    Commissioning(Commissioning),
+    Identification(Identification),
+}
+
+#[derive(Debug, Default)]
+pub(in crate::control) struct Commissioning {
+    /// Of a rig of two axes the motor, counted from 0.
+    pub(in crate::control) motor: Option<usize>,
+    /// What the newest confirmed pulse has shown of such a motor.
+    pub(in crate::control) alone: Option<DrivenAlone>,
+    pub(in crate::control) pulses: u64,
+    pub(in crate::control) last: Option<PulseReport>,
+    /// How many positive and how many negative pulses have moved the handle their way.
+    pub(in crate::control) confirmed: [u32; 2],
+    pub(in crate::control) path: Option<String>,
+    pub(in crate::control) coupling: Option<Coupling>,
+}
+
+/// What an identification may do, and what it has done.
+#[derive(Debug)]
+pub(in crate::control) struct Identification {
+    /// Travel of the handle between its ends, m.
+    pub(in crate::control) range_m: f64,
+    /// Place of the handle when it began, m.
+    pub(in crate::control) middle_m: f64,
+    pub(in crate::control) friction_n: Option<f64>,
+    pub(in crate::control) excitations: u64,
+    pub(in crate::control) last: Option<ExcitationReport>,
+    pub(in crate::control) path: Option<String>,
+}
+
+impl Work {
+    /// What its client does to the rig, as in "cannot commission".
+    pub(in crate::control) fn verb(&self) -> &'static str {
+        match self {
+            Self::Commissioning(_) => "commission",
+            Self::Identification(_) => "identify",
+        }
+    }
+
+    /// The same as in "is commissioning".
+    pub(in crate::control) fn participle(&self) -> &'static str {
+        match self {
+            Self::Commissioning(_) => "commissioning",
+            Self::Identification(_) => "identifying",
+        }
+    }
+
+    /// Its name, as in "the commissioning has ended".
+    pub(in crate::control) fn name(&self) -> &'static str {
+        match self {
+            Self::Commissioning(_) => "commissioning",
+            Self::Identification(_) => "identification",
+        }
+    }
+}
+
+impl ExclusiveUse {
+    /// Whether it keeps all other clients out.
+    pub(in crate::control) fn is_active(&self) -> bool {
+        self.ended.is_none() || self.moving
+    }
+
+    pub(in crate::control) fn end(&mut self, why: &str) {
+        self.ended.get_or_insert_with(|| why.to_owned());
+    }
+
+    /// The commissioning of a client, if this is one.
+    pub(in crate::control) fn commissioning_of(&self, session: u64) -> Option<&Commissioning> {
+        match &self.work {
+            Work::Commissioning(found) if self.session == session => Some(found),
+            _ => None,
+        }
+    }
+
+    /// The identification of a client, if this is one.
+    pub(in crate::control) fn identification_of(&self, session: u64) -> Option<&Identification> {
+        match &self.work {
+            Work::Identification(found) if self.session == session => Some(found),
+            _ => None,
+        }
+    }
+}
 
 /// Gives a client the rig to itself, for some work with the device that is connected.
 ///
@@ -62,16 +164,9 @@ pub(in crate::control) async fn begin(
         ));
     }
     begin_observing(rig, device.resolution_m);
-    let entry = JournalEntry {
-        by: Some(by.peer.clone()),
-        message: Some(device.rig.key.clone()),
-        ..JournalEntry::of(match work {
-            Work::Commissioning(_) => "commission.begin",
-            Work::Identification(_) => "identify.begin",
-        })
-    };
-    rig.enter(Completion::Done, entry);
-    *rig.exclusive_use().borrow_mut() = Some(ExclusiveUse {
+    let op = format!("{verb}.begin");
+    rig.enter_done(&op, Some(by.peer), Some(device.rig.key.clone()));
+    *rig.exclusive_use.borrow_mut() = Some(ExclusiveUse {
         session: by.session,
         by: by.peer.clone(),
         device,
@@ -97,7 +192,7 @@ fn begin_observing(rig: &RigHandle, resolution_m: f64) {
 /// The newest exclusive use, which has ended if it is over.
 fn newest(rig: &RigHandle) -> Ref<'_, Option<ExclusiveUse>> {
     end_if_over(rig);
-    rig.exclusive_use().borrow()
+    rig.exclusive_use.borrow()
 }
 
 /// The exclusive use of a client and its work, which `of` finds; `doing` names that in the refusal.
@@ -151,9 +246,9 @@ pub(in crate::control) fn resting_device(rig: &RigHandle) -> Result<ConnectedDev
 ///
 /// # Errors
 /// Its exclusive use has ended, or a motion is under way.
-pub(in crate::control) fn begin_motion(rig: &RigHandle, session: u64) -> Result<u64, WireError> {
+fn begin_motion(rig: &RigHandle, session: u64) -> Result<u64, WireError> {
     resting_device(rig)?;
-    let mut exclusive_use = rig.exclusive_use().borrow_mut();
+    let mut exclusive_use = rig.exclusive_use.borrow_mut();
     // Another client may have begun while this one waited.
     let Some(current) = exclusive_use.as_mut().filter(|current| current.session == session) else {
         return Err(WireError::new(ErrorCode::WrongState, "another client has the rig to itself").about("state"));
@@ -172,7 +267,7 @@ pub(in crate::control) fn largest_force_n(rig: &RigHandle, device: &ConnectedDev
 /// Ends the exclusive use of a client, and its motion at once.
 pub(in crate::control) fn end(rig: &RigHandle, session: u64, why: &str) {
     let moving = {
-        let mut exclusive_use = rig.exclusive_use().borrow_mut();
+        let mut exclusive_use = rig.exclusive_use.borrow_mut();
         let Some(current) = exclusive_use.as_mut().filter(|current| current.session == session) else {
             return;
         };
@@ -184,11 +279,17 @@ pub(in crate::control) fn end(rig: &RigHandle, session: u64, why: &str) {
     }
 }
 
+/// The exclusive use that keeps all other clients out.
+fn active(rig: &RigHandle) -> Option<Ref<'_, ExclusiveUse>> {
+    Ref::filter_map(newest(rig), |newest| {
+        newest.as_ref().filter(|newest| newest.is_active())
+    })
+    .ok()
+}
+
 /// The client that has the rig to itself.
 pub(in crate::control) fn by(rig: &RigHandle) -> Option<Peer> {
-    let exclusive_use = newest(rig);
-    let active = exclusive_use.as_ref().filter(|exclusive_use| exclusive_use.is_active());
-    active.map(|exclusive_use| exclusive_use.by.clone())
+    active(rig).map(|active| active.by.clone())
 }
 
 /// Refuses what would disturb an exclusive use.
@@ -196,10 +297,7 @@ pub(in crate::control) fn by(rig: &RigHandle) -> Option<Peer> {
 /// # Errors
 /// A client has the rig to itself; the error says which.
 pub(in crate::control) fn refuse_others(rig: &RigHandle, what: &str) -> Result<(), WireError> {
-    let exclusive_use = newest(rig);
-    let Some(active) = exclusive_use.as_ref().filter(|exclusive_use| exclusive_use.is_active()) else {
-        return Ok(());
-    };
+    let Some(active) = active(rig) else { return Ok(()) };
     let message = format!(
         "cannot {what} while {} is {} the rig: wait for its end, or end it with `stop`",
         active.by,
@@ -211,7 +309,7 @@ pub(in crate::control) fn refuse_others(rig: &RigHandle, what: &str) -> Result<(
 /// Ends the exclusive use if the rig was stopped, its device has changed, or its lease has expired or was
 /// lengthened.
 pub(in crate::control) fn end_if_over(rig: &RigHandle) {
-    let mut exclusive_use = rig.exclusive_use().borrow_mut();
+    let mut exclusive_use = rig.exclusive_use.borrow_mut();
     let Some(current) = exclusive_use.as_mut().filter(|current| current.ended.is_none()) else {
         return;
     };

@@ -1,15 +1,20 @@
-//! One motion, from the engagement to the release, and the return of the scene.
+//! One motion of the client that has the rig to itself, a pulse or an excitation: from its request over the engagement
+//! and the release to its report, and the return of the scene.
 
-use super::end_if_over;
+use super::{begin_motion, end_if_over};
 use crate::control::RigHandle;
-use crate::control::admission::Admission;
+use crate::control::admission::{self, Admission, Purpose};
+use crate::control::peer::Requester;
 use crate::control::rig::Asked;
+use crate::control::rig::exclusive_use::Work;
+use crate::log::{Level, say_at};
 use crate::rt::space::FIRST_AXIS;
 use crate::telemetry::feed::Feed;
 use haptic_core::OwnMotion;
 use haptic_core::planar::Plane;
 use haptic_core::servo::Command;
 use haptic_ipc::{Peer, RigState, WireError};
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// Time between two looks at the rig.
@@ -18,61 +23,95 @@ const POLL_PERIOD: Duration = Duration::from_millis(1);
 /// Time that a ramp may take beyond its duration.
 const RAMP_GRACE: Duration = Duration::from_secs(1);
 
-/// A motion that the loop renders for the client that has the rig to itself.
-pub(in crate::control) struct ExclusiveMotion<'a> {
+/// A motion for which the client asks that has the rig to itself, and what is made of its records.
+pub(in crate::control) struct ClientMotion<R, O> {
     pub(in crate::control) motion: OwnMotion,
+    pub(in crate::control) purpose: Purpose,
     /// Time that it may take, until the handle rests again.
     pub(in crate::control) longest: Duration,
-    pub(in crate::control) admission: Admission,
-    /// The count of stops when the exclusive use began.
-    pub(in crate::control) stops: u64,
-    pub(in crate::control) by: &'a Peer,
+    /// Whether it may begin, once the rig is engaged.
+    pub(in crate::control) is_ready: R,
+    /// Begins to observe it, right before it begins; returns its direction on a rig of two axes.
+    pub(in crate::control) observe: O,
+    /// Whether it has ended and the handle rests again.
+    pub(in crate::control) is_over: fn(&Feed) -> bool,
+    /// Takes the report into the work, also of a motion that was interrupted. Returns why the work ends with it, if it
+    /// does: the handle moved the wrong way.
+    pub(in crate::control) report: fn(&RigHandle, &mut Work, bool) -> Option<&'static str>,
+}
+
+/// Admits the rig while the client waits for the answer, and begins the motion, which goes on beside the requests.
+///
+/// # Errors
+/// The rig may not be moved, or another motion is under way.
+pub(in crate::control) async fn begin<R, O>(
+    rig: &Rc<RigHandle>,
+    by: Requester<'_>,
+    asked: ClientMotion<R, O>,
+) -> Result<(), WireError>
+where
+    R: FnMut(&Feed) -> Result<bool, String> + 'static,
+    O: FnOnce(&RigHandle) -> Result<Plane, WireError> + 'static,
+{
+    let admission = admission::admit(rig, asked.purpose).await?;
+    let stops = begin_motion(rig, by.session)?;
+    let (rig, peer) = (Rc::clone(rig), by.peer.clone());
+    tokio::task::spawn_local(async move {
+        let report = asked.report;
+        let given = give(&rig, asked, admission, stops, &peer).await;
+        take_back(&rig, &peer).await;
+        let mut refuted = None;
+        if let Some(current) = rig.exclusive_use.borrow_mut().as_mut() {
+            current.moving = false;
+            if let Some(why) = report(&rig, &mut current.work, given.is_err()) {
+                // Before anybody hears of it, and may engage.
+                rig.known.records.refute(&current.device);
+                refuted = Some(current.device.clone());
+                current.end(why);
+            }
+            if let Err(why) = given {
+                current.end(&why);
+            }
+        }
+        if let Some(device) = refuted
+            && let Err(why) = rig.known.records.withdraw(&device).await
+        {
+            let left = "the record of a rig whose motor moves it the wrong way is left: remove it by hand";
+            say_at(Level::Error, &format!("{left}: {why}"));
+        }
+    });
+    Ok(())
 }
 
 /// Ends the force of a motion within one tick.
-pub(in crate::control) fn rest(rig: &RigHandle) {
+pub(super) fn rest(rig: &RigHandle) {
     rig.lend_loop(OwnMotion::REST, FIRST_AXIS);
 }
 
-/// Engages without a scene, has the motion rendered from when `is_ready` until it is over, releases, and restores the
-/// scene. `observe` is called right before the motion begins, and says along which direction of two axes it goes.
+/// Engages without a scene, and has the motion rendered from when it may begin until it is over.
 ///
 /// # Errors
 /// The reason of an interruption.
-pub(in crate::control) async fn lend(
+async fn give<R, O>(
     rig: &RigHandle,
-    exclusive: ExclusiveMotion<'_>,
-    is_ready: impl FnMut(&Feed) -> Result<bool, String>,
-    observe: impl FnOnce(&RigHandle) -> Result<Plane, WireError>,
-    is_over: impl Fn(&Feed) -> bool,
-) -> Result<(), String> {
-    let by = exclusive.by;
-    let given = give(rig, exclusive, is_ready, observe, is_over).await;
-    take_back(rig, by).await;
-    given
-}
-
-async fn give(
-    rig: &RigHandle,
-    exclusive: ExclusiveMotion<'_>,
-    mut is_ready: impl FnMut(&Feed) -> Result<bool, String>,
-    observe: impl FnOnce(&RigHandle) -> Result<Plane, WireError>,
-    is_over: impl Fn(&Feed) -> bool,
-) -> Result<(), String> {
+    mut asked: ClientMotion<R, O>,
+    admission: Admission,
+    stops: u64,
+    by: &Peer,
+) -> Result<(), String>
+where
+    R: FnMut(&Feed) -> Result<bool, String>,
+    O: FnOnce(&RigHandle) -> Result<Plane, WireError>,
+{
     rest(rig);
-    rig.carry_out(
-        Command::Engage,
-        exclusive.admission,
-        exclusive.stops,
-        Asked::By(exclusive.by),
-    )
-    .await
-    .map_err(|error| error.message)?;
+    rig.carry_out(Command::Engage, admission, stops, Asked::By(by))
+        .await
+        .map_err(|error| error.message)?;
     until(rig, rig.facts.ramp + RAMP_GRACE, |state| Ok(state == RigState::Engaged)).await?;
-    until(rig, exclusive.longest, |_| is_ready(&rig.feed())).await?;
-    let along = observe(rig).map_err(|error| error.message)?;
-    rig.lend_loop(exclusive.motion, along);
-    until(rig, exclusive.longest, |_| Ok(is_over(&rig.feed()))).await
+    until(rig, asked.longest, |_| (asked.is_ready)(&rig.feed())).await?;
+    let along = (asked.observe)(rig).map_err(|error| error.message)?;
+    rig.lend_loop(asked.motion, along);
+    until(rig, asked.longest, |_| Ok((asked.is_over)(&rig.feed()))).await
 }
 
 /// Waits for a condition while the exclusive use is active and the rig is engaging or engaged.
@@ -90,7 +129,7 @@ async fn until(
         let state = rig.channel.state();
         end_if_over(rig);
         let ended = rig
-            .exclusive_use()
+            .exclusive_use
             .borrow()
             .as_ref()
             .and_then(|current| current.ended.clone());

@@ -1,21 +1,22 @@
-//! `identify.begin`, `identify.excite`, `identify.status`, `identify.store` and `identify.end`.
+//! `identify.begin`, `identify.excite`, `identify.status`, `identify.store` and `identify.end`: one client has a
+//! commissioned rig to itself and draws the handle along courses, to identify what the handle moves; and what was found
+//! of the rig itself is stored.
 
 use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
-use crate::control::commission::motion::{self, ClientMotion};
 use crate::control::connected_device::{ConnectedDevice, no_device};
-use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::CommissionState;
-use crate::control::rig::exclusive_use::state::{ExclusiveUse, Identification, Work};
+use crate::control::rig::exclusive_use::motion::{self, ClientMotion};
 use crate::control::rig::exclusive_use::{self, largest_force_n, resting_device};
+use crate::control::rig::exclusive_use::{ExclusiveUse, Identification, Work};
 use crate::rt::space::FIRST_AXIS;
 use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::feed::Feed;
 use crate::telemetry::motion::HandleMotion;
 use haptic_core::rig_friction::RigFriction;
 use haptic_core::{BoundError, Excitation, OwnMotion};
-use haptic_ipc::{ErrorCode, ExcitationEnd, IdentificationReply, JournalEntry, WireError};
+use haptic_ipc::{ErrorCode, ExcitationEnd, IdentificationReply, WireError};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -31,7 +32,7 @@ const GRACE: Duration = Duration::from_secs(5);
 /// # Errors
 /// The rig may not be engaged, its range is not known, another client has it to itself, it is not
 /// idle, or the client has no lease that is short enough.
-pub(in crate::control) async fn begin(
+pub(super) async fn begin(
     rig: &RigHandle,
     by: Requester<'_>,
     range_m: Option<f64>,
@@ -39,7 +40,7 @@ pub(in crate::control) async fn begin(
     let device = ConnectedDevice::find(&rig.facts).ok_or_else(|| no_device("identify"))?;
     // An uncommissioned rig is refused now, and not when it is to move.
     admission::admit(rig, Purpose::Identification).await?;
-    let known = rig.records().known(&rig.facts.state_dir, &device, false).await;
+    let known = rig.known.records.known(&device, false).await;
     let (known_m, friction_n) = match known {
         CommissionState::Commissioned { findings, .. } => (findings.range_m, findings.friction_n),
         CommissionState::Not { .. } => (None, None),
@@ -50,7 +51,7 @@ pub(in crate::control) async fn begin(
         return Err(WireError::new(ErrorCode::WrongState, message).about("range_m"));
     };
     // Read by now, so that the client sees it.
-    rig.frictions().of(&rig.facts.state_dir, &device).await;
+    rig.known.frictions.of(&device).await;
     let work = Work::Identification(Identification {
         range_m,
         middle_m: rig.feed().newest().map_or(0.0, |record| record.device_position),
@@ -67,7 +68,7 @@ pub(in crate::control) async fn begin(
 ///
 /// # Errors
 /// This client is not identifying the rig.
-pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<IdentificationReply, WireError> {
+pub(super) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<IdentificationReply, WireError> {
     let doing = "identifying the rig: `identify.begin`";
     let (current, work) = exclusive_use::of_client(rig, by, ExclusiveUse::identification_of, doing)?;
     let feed = rig.feed();
@@ -85,7 +86,8 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<I
         travel_limit_m: travel_limit_m(&work, position_m),
         friction_n: work.friction_n,
         friction: rig
-            .frictions()
+            .known
+            .frictions
             .known(current.device.connection)
             .and_then(|known| known.identified()),
         resolution_m: current.device.resolution_m,
@@ -107,7 +109,7 @@ fn travel_limit_m(work: &Identification, position_m: f64) -> f64 {
 ///
 /// # Errors
 /// It is out of bounds, another one is under way, or the rig may not be moved.
-pub(in crate::control) async fn excite(
+pub(super) async fn excite(
     rig: &Rc<RigHandle>,
     by: Requester<'_>,
     excitation: Excitation,
@@ -159,7 +161,7 @@ fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'s
 ///
 /// # Errors
 /// Nothing has moved the handle yet, a value is out of range, or the file cannot be written.
-pub(in crate::control) async fn store(
+pub(super) async fn store(
     rig: &RigHandle,
     by: Requester<'_>,
     friction: RigFriction,
@@ -170,18 +172,10 @@ pub(in crate::control) async fn store(
         let message = "nothing to store: no excitation has moved the handle yet (`identify.excite`)";
         return Err(WireError::new(ErrorCode::WrongState, message).about("friction"));
     }
-    let path = rig
-        .frictions()
-        .store(&rig.facts.state_dir, &device, friction, by.peer)
-        .await?;
+    let path = rig.known.frictions.store(&device, friction, by.peer).await?;
     let path = path.display().to_string();
-    let entry = JournalEntry {
-        by: Some(by.peer.clone()),
-        message: Some(path.clone()),
-        ..JournalEntry::of("identify.store")
-    };
-    rig.enter(Completion::Done, entry);
-    if let Some(current) = rig.exclusive_use().borrow_mut().as_mut()
+    rig.enter_done("identify.store", Some(by.peer), Some(path.clone()));
+    if let Some(current) = rig.exclusive_use.borrow_mut().as_mut()
         && let Work::Identification(work) = &mut current.work
     {
         work.path = Some(path);
@@ -193,7 +187,7 @@ pub(in crate::control) async fn store(
 ///
 /// # Errors
 /// This client is not identifying the rig.
-pub(in crate::control) fn end(rig: &RigHandle, by: Requester<'_>) -> Result<IdentificationReply, WireError> {
+pub(super) fn end(rig: &RigHandle, by: Requester<'_>) -> Result<IdentificationReply, WireError> {
     status(rig, by)?;
     exclusive_use::end(rig, by.session, "its client has ended it");
     status(rig, by)
