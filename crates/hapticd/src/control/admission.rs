@@ -6,7 +6,7 @@
 
 use crate::config::EngageRules;
 use crate::control::RigHandle;
-use crate::control::connected_device::ConnectedDevice;
+use crate::control::facts::ConnectedDevice;
 use crate::control::rig::commission_record::CommissionState;
 use crate::control::rig::friction_record::KnownFriction;
 use crate::control::rig_files::button_names;
@@ -50,7 +50,7 @@ impl Admission {
 /// # Errors
 /// A check fails; the error says which, and the remedy.
 pub(super) async fn admit(rig: &RigHandle, purpose: Purpose) -> Result<Admission, WireError> {
-    let Some(device) = ConnectedDevice::find(&rig.facts) else {
+    let Some(device) = rig.facts.connected_device() else {
         // The loop refuses by its state; a device that comes in the meantime has number 1 or more.
         return Ok(Admission { purpose, connection: 0 });
     };
@@ -66,7 +66,7 @@ pub(super) async fn admit(rig: &RigHandle, purpose: Purpose) -> Result<Admission
 
 /// Why an engagement of the connected device would be refused, for people.
 pub(super) async fn problems(rig: &RigHandle) -> Vec<Problem> {
-    let Some(device) = ConnectedDevice::find(&rig.facts) else {
+    let Some(device) = rig.facts.connected_device() else {
         return Vec::new();
     };
     let blockers = blockers(rig, &device, Purpose::Scene, true).await;

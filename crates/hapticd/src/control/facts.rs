@@ -1,19 +1,21 @@
-//! Constants of a run: the rig's limits, the loop's rate, and the directories.
+//! Constants of a run: the rig's limits, the loop's rate, and the directories. With them the connected device: the facts
+//! that are checked before its motor pulls a hand.
 
 use crate::config::{Configuration, EngageRules, FrictionOptions};
 use crate::control::hand::PointerHand;
 use crate::processor_share::ProcessorShare;
+use crate::rt::handoff::ANY_CONNECTION;
 use crate::rt::inbox::RigSetup;
 use crate::telemetry::link;
 use device_boards::Address;
 use device_io::kinematics::Kinematics;
-use device_io::link::{Homing, LinkMonitor, LinkState, RunningKeeper};
+use device_io::link::{DeviceInfo, Homing, LinkMonitor, LinkState, RigIdentity, RunningKeeper};
 use haptic_core::Scheme;
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
 use haptic_core::scene::SceneFile;
 use haptic_core::servo::Settings;
-use haptic_ipc::{ForceLimitBy, RealTimeStatus, SAMPLE_COLUMNS, SAMPLE_Y_COLUMNS, ServoSetup};
+use haptic_ipc::{ErrorCode, ForceLimitBy, RealTimeStatus, SAMPLE_COLUMNS, SAMPLE_Y_COLUMNS, ServoSetup, WireError};
 use std::cell::Cell;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering::Relaxed;
@@ -61,6 +63,44 @@ pub(crate) struct Facts {
     pub(crate) real_time: RealTimeStatus,
 }
 
+/// The connected device.
+#[derive(Clone, Debug)]
+pub(crate) struct ConnectedDevice {
+    pub(crate) firmware: String,
+    pub(crate) force_limit_n: f64,
+    pub(crate) resolution_m: f64,
+    pub(crate) sample_rate_hz: f64,
+    pub(crate) watchdog_ms: Option<u32>,
+    /// Buttons that there are, one bit each.
+    pub(crate) buttons: u8,
+    pub(crate) rig: RigIdentity,
+    pub(crate) connection: u64,
+    /// 1 or 2.
+    pub(crate) motors: usize,
+}
+
+/// Why something cannot be done without a device; `what` names it.
+pub(super) fn no_device(what: &str) -> WireError {
+    let message = format!("cannot {what}: no device is connected; see `haptic-ctl doctor`");
+    WireError::new(ErrorCode::WrongState, message).about("state")
+}
+
+impl ConnectedDevice {
+    /// The device with the identity of one of its two motors, counted from 0.
+    pub(super) fn of_motor(mut self, motor: usize) -> Self {
+        self.rig = self.rig.with_part(&format!("motor{}", motor + 1));
+        self
+    }
+
+    /// What is commissioned of it, each under a key of its own: the rig, or each of two motors.
+    pub(super) fn parts(&self) -> Vec<Self> {
+        if self.motors == 1 {
+            return vec![self.clone()];
+        }
+        (0..self.motors).map(|motor| self.clone().of_motor(motor)).collect()
+    }
+}
+
 /// A device whose samples are farther apart than its rate says, by more than this share, has the rate that is measured.
 const SLOWER: f64 = 1.25;
 
@@ -76,18 +116,58 @@ fn sample_period_s(rate_hz: f64, measured_s: f64) -> f64 {
 }
 
 impl Facts {
+    /// The device at the other end of the link, if there is a link and one is connected.
+    pub(super) fn linked_device(&self) -> Option<DeviceInfo> {
+        match self.link.as_ref()?.state() {
+            LinkState::Connected(device) => Some(device),
+            LinkState::Looking | LinkState::Waiting(_) => None,
+        }
+    }
+
+    /// The device at the other end of the link, or the rig in this process; `None` if none is connected.
+    pub(super) fn connected_device(&self) -> Option<ConnectedDevice> {
+        if self.link.is_some() {
+            return self.linked_device().map(|device| ConnectedDevice {
+                firmware: device.firmware,
+                force_limit_n: device.force_limit_n,
+                resolution_m: device.resolution_m,
+                sample_rate_hz: device.sample_rate_hz,
+                watchdog_ms: device.watchdog_ms,
+                buttons: device.buttons,
+                rig: device.rig,
+                connection: device.connection,
+                motors: if device.motors.is_some() { 2 } else { 1 },
+            });
+        }
+        Some(ConnectedDevice {
+            firmware: self.device.clone(),
+            force_limit_n: self.limits().force_n,
+            resolution_m: self.rig.resolution,
+            sample_rate_hz: 1.0 / self.period_s(),
+            watchdog_ms: None,
+            buttons: 0,
+            rig: RigIdentity {
+                key: self.address.to_string(),
+                has_serial_number: true,
+                reversed: false,
+            },
+            connection: ANY_CONNECTION,
+            motors: if self.is_plane() { 2 } else { 1 },
+        })
+    }
+
     /// The adviser's facts of the rig as far as its link reports them: the connected device's
     /// resolution and rate, and the measured delay.
     pub(crate) fn linked_facts(&self) -> RigFacts {
         let Some(link) = &self.link else { return self.rig };
         let mut times = link::times(link);
         let mut rig = self.rig;
-        match link.state() {
-            LinkState::Connected(device) => {
+        match self.linked_device() {
+            Some(device) => {
                 rig.resolution = device.resolution_m;
                 times.sample_period_s = sample_period_s(device.sample_rate_hz, times.sample_period_s);
             }
-            _ => times.sample_period_s = 0.0,
+            None => times.sample_period_s = 0.0,
         }
         rig.sample_period_s = times.sample_period_s;
         rig.delay_s = times.delay_s(rig.period_s);
@@ -141,10 +221,8 @@ impl Facts {
     /// The largest force sent to the rig, N, and the source of that limit.
     pub(crate) fn force_limit(&self) -> (f64, ForceLimitBy) {
         let force_n = self.limits().force_n;
-        match self.link.as_ref().map(LinkMonitor::state) {
-            Some(LinkState::Connected(device)) if device.force_limit_n < force_n => {
-                (device.force_limit_n, ForceLimitBy::Device)
-            }
+        match self.linked_device() {
+            Some(device) if device.force_limit_n < force_n => (device.force_limit_n, ForceLimitBy::Device),
             _ => (force_n, ForceLimitBy::Configuration),
         }
     }
@@ -163,16 +241,15 @@ impl Facts {
 
     /// Whether the properties of the device are known: there is no link to it, or it is connected.
     pub(crate) fn is_device_known(&self) -> bool {
-        let state = self.link.as_ref().map(LinkMonitor::state);
-        matches!(state, None | Some(LinkState::Connected(_)))
+        self.link.is_none() || self.linked_device().is_some()
     }
 
     /// What the loop computes its forces with, on the device that is connected, where it knows so
     /// much of the rig.
     pub(crate) fn servo_setup(&self, rig: RigSetup) -> ServoSetup {
-        let (device_resolution_m, force_limit_n) = match self.link.as_ref().map(LinkMonitor::state) {
-            Some(LinkState::Connected(device)) => (device.resolution_m, device.force_limit_n),
-            _ => (self.rig.resolution, f64::INFINITY),
+        let (device_resolution_m, force_limit_n) = match self.linked_device() {
+            Some(device) => (device.resolution_m, device.force_limit_n),
+            None => (self.rig.resolution, f64::INFINITY),
         };
         ServoSetup {
             settings: Settings {

@@ -1,8 +1,8 @@
 //! `home`: a person says that the hand of a rig of two axes is in its home pose.
 
 use crate::control::RigHandle;
-use crate::control::connected_device::no_device;
 use crate::control::exclusive_use;
+use crate::control::facts::no_device;
 use crate::control::peer::Requester;
 use device_io::link::Homing;
 use haptic_ipc::{ErrorCode, StateReply, WireError};

@@ -4,7 +4,7 @@
 
 use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
-use crate::control::connected_device::{ConnectedDevice, no_device};
+use crate::control::facts::no_device;
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::CommissionState;
 use crate::control::rig::exclusive_use::motion::{self, ClientMotion};
@@ -37,7 +37,7 @@ pub(super) async fn begin(
     by: Requester<'_>,
     range_m: Option<f64>,
 ) -> Result<IdentificationReply, WireError> {
-    let device = ConnectedDevice::find(&rig.facts).ok_or_else(|| no_device("identify"))?;
+    let device = rig.facts.connected_device().ok_or_else(|| no_device("identify"))?;
     // An uncommissioned rig is refused now, and not when it is to move.
     admission::admit(rig, Purpose::Identification).await?;
     let known = rig.known.records.known(&device, false).await;

@@ -4,7 +4,6 @@ pub(crate) mod admission;
 mod advise;
 mod change;
 pub(crate) mod commission;
-mod connected_device;
 mod devices;
 mod facts;
 mod hand;

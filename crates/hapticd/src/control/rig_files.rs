@@ -4,7 +4,7 @@
 //! A disk may be slow and a mount may hang, so files are read and written by [`Workers`] of which
 //! there is one, for whom nothing waits for longer than [`READ_TIMEOUT`] or [`WRITE_TIMEOUT`].
 
-use crate::control::connected_device::ConnectedDevice;
+use crate::control::facts::ConnectedDevice;
 use crate::control::whole_file;
 use crate::threads::Workers;
 use haptic_ipc::quantity::number;

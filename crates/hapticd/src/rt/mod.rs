@@ -5,7 +5,6 @@
 // clippy.toml lists what waits. Tests may: they wait for each other.
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
-pub(crate) mod claim;
 pub(crate) mod clock;
 pub(crate) mod handoff;
 pub(crate) mod inbox;

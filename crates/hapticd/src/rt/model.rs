@@ -1,7 +1,7 @@
 //! The hand-over under loom: every interleaving and every reordering that the memory model allows,
 //! with two threads.
 //!
-//! `shared.rs` and `claim.rs` are compiled here a second time, on loom's atomics. The rings are rtrb's; a queue behind
+//! `shared.rs` is compiled here a second time, on loom's atomics. The rings are rtrb's; a queue behind
 //! loom's lock stands for them.
 // By this cargo-mutants knows that it is a test, and does not change `shared.rs` twice.
 #![cfg(test)]
@@ -11,8 +11,6 @@
     reason = "the same source on other atomics, of which a model uses a part"
 )]
 
-#[path = "claim.rs"]
-mod claim;
 #[path = "shared.rs"]
 mod shared;
 
@@ -21,9 +19,8 @@ mod atomic {
     pub(crate) use loom::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 }
 
-use claim::{Claim, ClaimState};
 use loom::sync::Mutex;
-use shared::Shared;
+use shared::{Claim, ClaimState, Shared};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

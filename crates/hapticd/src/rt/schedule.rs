@@ -1,7 +1,7 @@
 //! Changes of the scene that the loop makes in ticks to come: compiled by the control thread, kept here until their
 //! tick, and freed by the control thread again. A [`Claim`] decides between the loop and a cancellation.
 
-use crate::rt::claim::{Claim, ClaimState};
+use crate::rt::shared::{Claim, ClaimState};
 use crate::rt::space::CompiledIn;
 use haptic_ipc::MAX_SCHEDULED_CHANGES;
 use std::collections::VecDeque;

@@ -1,5 +1,9 @@
 //! The words that the control thread and the real-time thread share: what must not wait behind a full ring. Each is
 //! written by one side and read by the other in one instruction.
+//!
+//! A scheduled change has a word too, which leaves [`ClaimState::Open`] once: the loop renders the change in its tick, or
+//! the control thread takes it back. Whichever thread moves the word first has decided, and the other reads what it
+//! decided: a change is either rendered or taken back, never both and never neither.
 
 use super::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -77,5 +81,72 @@ impl Shared {
     /// Whether the command with this serial number was taken back.
     pub(crate) fn is_withdrawn(&self, serial: u64) -> bool {
         serial <= self.withdrawn.load(Ordering::Acquire)
+    }
+}
+
+/// What became of a scheduled change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ClaimState {
+    /// It waits for its tick.
+    Open,
+    /// The control thread has taken it back.
+    Withdrawn,
+    /// The loop has discarded it, because the rig was stopped, faulted or disconnected.
+    Halted,
+    /// The loop has discarded it, because it came after its tick.
+    Missed,
+    /// The loop has rendered it from this tick on.
+    Rendered(u64),
+}
+
+/// Codes below the first of a rendered change.
+const FIRST_TICK: u64 = 4;
+
+impl ClaimState {
+    fn pack(self) -> u64 {
+        match self {
+            Self::Open => 0,
+            Self::Withdrawn => 1,
+            Self::Halted => 2,
+            Self::Missed => 3,
+            Self::Rendered(tick) => tick + FIRST_TICK,
+        }
+    }
+
+    fn unpack(word: u64) -> Self {
+        match word {
+            0 => Self::Open,
+            1 => Self::Withdrawn,
+            2 => Self::Halted,
+            3 => Self::Missed,
+            tick => Self::Rendered(tick - FIRST_TICK),
+        }
+    }
+}
+
+/// The word of one scheduled change.
+#[derive(Debug)]
+pub(crate) struct Claim(AtomicU64);
+
+impl Claim {
+    pub(crate) fn new() -> Self {
+        Self(AtomicU64::new(ClaimState::Open.pack()))
+    }
+
+    /// Decides, if nobody has decided yet; returns whether this call did.
+    pub(crate) fn decide(&self, state: ClaimState) -> bool {
+        self.0
+            .compare_exchange(
+                ClaimState::Open.pack(),
+                state.pack(),
+                Ordering::AcqRel,
+                Ordering::Acquire,
+            )
+            .is_ok()
+    }
+
+    /// What was decided so far.
+    pub(crate) fn state(&self) -> ClaimState {
+        ClaimState::unpack(self.0.load(Ordering::Acquire))
     }
 }

@@ -2,7 +2,7 @@
 //! `commission.end`.
 
 use super::pulse as one_pulse;
-use crate::control::connected_device::{ConnectedDevice, no_device};
+use crate::control::facts::no_device;
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::{Findings, Record};
 use crate::control::rig::exclusive_use::{self, largest_force_n, resting_device};
@@ -35,7 +35,7 @@ pub(in crate::control) async fn begin(
     motor: Option<u32>,
     is_check: bool,
 ) -> Result<CommissionReply, WireError> {
-    let device = ConnectedDevice::find(&rig.facts).ok_or_else(|| no_device("commission"))?;
+    let device = rig.facts.connected_device().ok_or_else(|| no_device("commission"))?;
     // Before anything moves.
     if is_check && rig.facts.link.is_some() {
         rig.known.records.of_parts(&device).await?;
@@ -174,7 +174,7 @@ pub(in crate::control) async fn store(
         alone,
         coupling: None,
     };
-    let whole = ConnectedDevice::find(&rig.facts);
+    let whole = rig.facts.connected_device();
     if let Some(whole) = &whole
         && let Some(findings) = rig.known.records.findings_with(whole, &record).await
     {
@@ -201,7 +201,10 @@ pub(in crate::control) async fn store(
 /// # Errors
 /// None is connected or was commissioned, it has changed, or that cannot be kept.
 pub(in crate::control) async fn confirm(rig: &RigHandle, by: Requester<'_>) -> Result<StateReply, WireError> {
-    let device = ConnectedDevice::find(&rig.facts).ok_or_else(|| no_device("confirm the rig"))?;
+    let device = rig
+        .facts
+        .connected_device()
+        .ok_or_else(|| no_device("confirm the rig"))?;
     if rig.facts.link.is_some() {
         rig.known.records.confirm(&device, by.peer).await?;
     }

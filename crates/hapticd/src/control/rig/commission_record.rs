@@ -1,6 +1,6 @@
 //! The records of commissioned rigs.
 
-use crate::control::connected_device::ConnectedDevice;
+use crate::control::facts::ConnectedDevice;
 use crate::control::rig::both_motors::{DrivenAlone, WorstPlaces, of_both};
 use crate::control::rig_files::{Origin, RigFolder};
 use crate::threads::Workers;

@@ -1,6 +1,6 @@
 //! The files of what was identified of rigs, one a rig.
 
-use crate::control::connected_device::ConnectedDevice;
+use crate::control::facts::ConnectedDevice;
 use crate::control::rig_files::{Origin, RigFolder};
 use haptic_core::rig_friction::RigFriction;
 use haptic_ipc::{Peer, WireError};

@@ -3,7 +3,7 @@
 //! engage.
 
 use crate::control::advise::BrokenBounds;
-use crate::control::connected_device::ConnectedDevice;
+use crate::control::facts::ConnectedDevice;
 use crate::control::facts::Facts;
 use crate::control::history::FIRST_REVISION;
 use crate::control::judge::Verdicts;
@@ -16,7 +16,6 @@ use crate::rt::inbox::RigSetup;
 use crate::threads::Workers;
 use crate::timers::every;
 use device_io::kinematics::Worst;
-use device_io::link::{LinkMonitor, LinkState};
 use haptic_core::Directional;
 use haptic_core::adviser::RigFacts;
 use haptic_core::compensation::Compensation;
@@ -140,26 +139,22 @@ impl KnownRig {
         }
     }
 
-    fn device(&self) -> Option<ConnectedDevice> {
-        ConnectedDevice::find(&self.facts)
-    }
-
     /// Which coupling [`Self::coupling`] is now.
     pub(in crate::control) fn coupling_owner(&self) -> CouplingOwner {
         CouplingOwner {
-            key: self.device().map(|device| device.rig.key),
+            key: self.facts.connected_device().map(|device| device.rig.key),
             is_commissioned: self.commissioned_coupling().is_some(),
         }
     }
 
     /// The number of the connection to the device; 0 without a device.
     pub(super) fn connection(&self) -> u64 {
-        self.device().map_or(0, |device| device.connection)
+        self.facts.connected_device().map_or(0, |device| device.connection)
     }
 
     /// What its commissioning found, as far as its record was read.
     fn commissioned(&self) -> Option<(Findings, Option<Coupling>)> {
-        self.records.newest(self.device()?.connection)
+        self.records.newest(self.facts.connected_device()?.connection)
     }
 
     /// The coupling that it bears: as its commissioning found it, else a soft one where its link is late.
@@ -175,7 +170,10 @@ impl KnownRig {
 
     /// What is known of its friction, as far as its file was read.
     fn friction(&self) -> KnownFriction {
-        let known = self.device().and_then(|device| self.frictions.known(device.connection));
+        let known = self
+            .facts
+            .connected_device()
+            .and_then(|device| self.frictions.known(device.connection));
         known.unwrap_or_default()
     }
 
@@ -274,9 +272,8 @@ impl KnownRig {
     /// Where one count of an encoder moves the hand farthest, on a rig of two axes.
     fn coarsest_step(&self) -> Option<Worst> {
         let kinematics = self.facts.kinematics?;
-        let counts = match self.facts.link.as_ref().map(LinkMonitor::state) {
-            Some(LinkState::Connected(device)) => device.motors?.counts,
-            Some(_) => return None,
+        let counts = match &self.facts.link {
+            Some(_) => self.facts.linked_device()?.motors?.counts,
             // Both motors of a rig in this process count alike.
             None => [1.0; 2],
         };
@@ -363,7 +360,7 @@ pub(crate) async fn watch(rig: &RigHandle) {
     let mut connected: Option<(u64, Instant)> = None;
     loop {
         pause.tick().await;
-        let Some(device) = rig.known.device() else {
+        let Some(device) = rig.facts.connected_device() else {
             continue;
         };
         match connected {

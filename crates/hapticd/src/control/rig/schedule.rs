@@ -9,9 +9,9 @@ use super::scenes::Compiled;
 use crate::control::history::Move;
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
-use crate::rt::claim::{Claim, ClaimState};
 use crate::rt::inbox::ToLoop;
 use crate::rt::schedule::ScheduledScene;
+use crate::rt::shared::{Claim, ClaimState};
 use haptic_core::Scene;
 use haptic_ipc::quantity::number;
 use haptic_ipc::{

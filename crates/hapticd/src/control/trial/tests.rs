@@ -44,11 +44,36 @@ fn hapkit() -> TrialRig {
     rig(0.1, 0.15, 5.0)
 }
 
-fn coupled(stiffness: f64, damping: f64) -> Scene {
+/// The fake rig, with its damper.
+fn damped() -> TrialRig {
+    TrialRig {
+        damping_ns_per_m: 12.0,
+        ..rig(1.4, 0.8, 20.0)
+    }
+}
+
+/// A rig behind a link of 1 kHz.
+fn behind_a_link(delay_s: f64, rig: TrialRig) -> TrialRig {
+    TrialRig {
+        delay_s,
+        sample_period_s: 1e-3,
+        ..rig
+    }
+}
+
+/// A light rig of no friction there.
+fn light_and_late(delay_s: f64) -> TrialRig {
+    behind_a_link(delay_s, rig(LIGHT_RIG_KG, 0.0, 20.0))
+}
+
+fn changed(scene: &Scene, values: &[(&str, f64)]) -> Scene {
     let key = |name: &str| name.parse().expect("a parameter");
-    Scene::paper()
-        .with(&[(key("K"), stiffness), (key("B"), damping)])
-        .expect("a valid scene")
+    let values: Vec<_> = values.iter().map(|(name, value)| (key(name), *value)).collect();
+    scene.with(&values).expect("a valid scene")
+}
+
+fn coupled(stiffness: f64, damping: f64) -> Scene {
+    changed(&Scene::paper(), &[("K", stiffness), ("B", damping)])
 }
 
 fn worst(scene: &Scene, rig: &TrialRig) -> Trial {
@@ -58,22 +83,14 @@ fn worst(scene: &Scene, rig: &TrialRig) -> Trial {
 // hazard: H30
 #[test]
 fn what_jumps_to_one_side_would_chatter() {
-    let damped = TrialRig {
-        damping_ns_per_m: 12.0,
-        ..rig(1.4, 0.8, 20.0)
-    };
-    let scene = |stiffness| {
-        let key = |name: &str| name.parse().expect("a parameter");
-        let light = coupled(stiffness, 10.0).with(&[(key("mass"), 0.1)]);
-        light.expect("a valid scene")
-    };
-    let jumps = worst(&scene(4e5), &damped);
+    let scene = |stiffness| changed(&coupled(stiffness, 10.0), &[("mass", 0.1)]);
+    let jumps = worst(&scene(4e5), &damped());
     assert!(jumps.sign_changes_per_s <= MAX_SIGN_CHANGES_PER_S, "{jumps}");
     assert!(
         !jumps.is_calm() && jumps.to_string().contains("its force jumps"),
         "{jumps}"
     );
-    let quiet = worst(&scene(2e4), &damped);
+    let quiet = worst(&scene(2e4), &damped());
     assert!(quiet.is_calm(), "{quiet}");
 }
 
@@ -88,11 +105,6 @@ fn what_oscillates_by_itself_would_chatter() {
         resolution_m: 1e-4,
         ..rig(0.1, 0.1, 20.0)
     };
-    let late = TrialRig {
-        delay_s: 2e-3,
-        sample_period_s: 1e-3,
-        ..rig(0.3, 0.2, 20.0)
-    };
     let at_60_hz = TrialRig {
         sample_period_s: 1.0 / 60.0,
         delay_s: 1.0 / 60.0,
@@ -102,7 +114,7 @@ fn what_oscillates_by_itself_would_chatter() {
         ("a light rig", hapkit()),
         ("82 ms there and back", slow),
         ("an encoder of 100 um", coarse),
-        ("a USB link", late),
+        ("a USB link", behind_a_link(2e-3, rig(0.3, 0.2, 20.0))),
         ("60 samples a second", at_60_hz),
     ] {
         let trial = worst(&Scene::paper(), &rig);
@@ -113,20 +125,11 @@ fn what_oscillates_by_itself_would_chatter() {
 
 #[test]
 fn what_damps_itself_is_calm() {
-    let damped = TrialRig {
-        damping_ns_per_m: 12.0,
-        ..rig(1.4, 0.8, 20.0)
-    };
-    let late = TrialRig {
-        delay_s: 2e-3,
-        sample_period_s: 1e-3,
-        ..rig(LIGHT_RIG_KG, 0.0, 20.0)
-    };
     for (what, scene, rig) in [
         ("a soft grip of a light rig", coupled(2000.0, 1.0), hapkit()),
         ("the paper's on the fake rig", Scene::paper(), rig(1.4, 0.8, 20.0)),
-        ("a damped rig", coupled(1000.0, 10.0), damped),
-        ("a light rig behind a link", coupled(1000.0, 10.0), late),
+        ("a damped rig", coupled(1000.0, 10.0), damped()),
+        ("a light rig behind a link", coupled(1000.0, 10.0), light_and_late(2e-3)),
         ("a rig without force", Scene::paper(), rig(0.1, 0.15, 0.0)),
     ] {
         let trial = worst(&scene, &rig);
@@ -138,11 +141,7 @@ fn what_damps_itself_is_calm() {
 #[test]
 fn the_calm_grip_of_a_late_link_is_calm_on_a_light_rig() {
     for delay_ms in 1..=28_u32 {
-        let late = TrialRig {
-            delay_s: f64::from(delay_ms) * 1e-3,
-            sample_period_s: 1e-3,
-            ..rig(LIGHT_RIG_KG, 0.0, 20.0)
-        };
+        let late = light_and_late(f64::from(delay_ms) * 1e-3);
         let scene = Scene {
             coupling: Some(Coupling::calm_behind(late.delay_s).unwrap_or(Coupling::CALM)),
             ..Scene::light_block()
@@ -214,12 +213,7 @@ fn a_gentler_grip_is_calm_and_twice_as_stiff_a_one_too() {
 
 #[test]
 fn a_rig_that_would_fault_is_not_calm() {
-    let late = TrialRig {
-        delay_s: 0.01,
-        sample_period_s: 1e-3,
-        ..rig(LIGHT_RIG_KG, 0.0, 20.0)
-    };
-    let trial = worst(&coupled(5000.0, 10.0), &late);
+    let trial = worst(&coupled(5000.0, 10.0), &light_and_late(0.01));
     assert!(trial.fault.is_some() && !trial.is_calm(), "{trial}");
     assert!(trial.to_string().contains("ends in a fault"), "{trial}");
     // That a hand goes faster than a rig allows says nothing of the scene.
@@ -249,13 +243,8 @@ fn figures_are_printed_with_their_hand() {
 
 #[test]
 fn the_stiffest_grip_of_a_rig_is_calm_with_a_factor_to_spare() {
-    let late = TrialRig {
-        delay_s: 2e-3,
-        sample_period_s: 1e-3,
-        ..rig(LIGHT_RIG_KG, 0.0, 20.0)
-    };
     let mut stiffest = f64::INFINITY;
-    for rig in [rig(1.4, 0.8, 20.0), hapkit(), late] {
+    for rig in [rig(1.4, 0.8, 20.0), hapkit(), light_and_late(2e-3)] {
         let Coupling { stiffness, damping } = stiffest_coupling(&[rig]).expect("there is one");
         let trial = worst(&coupled(FACTOR * stiffness, damping), &rig);
         assert!(trial.is_calm(), "{stiffness} N/m, {damping} N s/m: {trial}");
@@ -296,17 +285,9 @@ fn a_grip_of_a_rig_of_unknown_mass_holds_for_every_mass() {
 // hazard: H30
 #[test]
 fn a_block_that_swings_only_while_it_slides_would_chatter() {
-    let fake = TrialRig {
-        damping_ns_per_m: 12.0,
-        ..rig(1.4, 0.8, 20.0)
-    };
-    let key = |name: &str| name.parse().expect("a parameter");
+    let fake = damped();
     for static_n in [4.0, 7.0, 15.0] {
-        let gripped = |stiffness| {
-            coupled(stiffness, 10.0)
-                .with(&[(key("Fs"), static_n)])
-                .expect("a valid scene")
-        };
+        let gripped = |stiffness| changed(&coupled(stiffness, 10.0), &[("Fs", static_n)]);
         let trial = worst(&gripped(150e3), &fake);
         assert!(
             trial.hand == TrialHand::Moving && !trial.is_calm(),
@@ -318,12 +299,8 @@ fn a_block_that_swings_only_while_it_slides_would_chatter() {
         assert!(trial.is_calm(), "{twice:?}: {trial}");
     }
     // Held or nudged, this one is calm; torn loose, it swings with all of the motor's force.
-    let trial = worst(
-        &coupled(97e3, 10.0).with(&[(key("Fs"), 7.0)]).expect("a valid scene"),
-        &fake,
-    );
+    let trial = worst(&changed(&coupled(97e3, 10.0), &[("Fs", 7.0)]), &fake);
     assert!(!trial.is_calm(), "{trial}");
-    let light = Scene::light_block().with(&[(key("K"), 300e3)]);
-    let trial = worst(&light.expect("a valid scene"), &fake);
+    let trial = worst(&changed(&Scene::light_block(), &[("K", 300e3)]), &fake);
     assert!(!trial.is_calm(), "{trial}");
 }

@@ -1,7 +1,7 @@
 //! What subscribers are sent, and in which order.
 
 use super::*;
-use crate::rt::outbox::{self, FromLoop};
+use crate::rt::outbox::{self, FromLoop, Producer};
 use crate::rt::tick::tests::{SETTINGS, compiled, servo};
 use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, ClientLine, Subscription};
 use haptic_core::Scene;
@@ -32,6 +32,20 @@ fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, 
     (subscription, received)
 }
 
+/// A feed with room for so many records, its end for the loop, and what its one subscriber is sent.
+fn subscribed(
+    records: usize,
+    topics: &[Topic],
+    every: u64,
+    backlog: usize,
+) -> (Producer, Feed, mpsc::Receiver<ClientLine>) {
+    let (producer, consumer) = outbox::outbox(records);
+    let mut feed = Feed::new(consumer, 1_000_000, None);
+    let (subscription, received) = subscription(topics, every, backlog);
+    feed.subscribers.subscribe(1, subscription, setup(0.5));
+    (producer, feed, received)
+}
+
 fn pump(feed: &mut Feed, scenes: &VecDeque<KnownScene>, servo: impl Fn() -> Option<ServoSetup>) {
     feed.take_records();
     feed.update_subscribers(scenes, |_| servo());
@@ -45,10 +59,7 @@ fn events(received: &mut mpsc::Receiver<ClientLine>) -> Vec<Event> {
 
 #[test]
 fn the_state_comes_whole_at_first_and_then_at_every_change() {
-    let (mut producer, consumer) = outbox::outbox(outbox::RECORDS);
-    let mut feed = Feed::new(consumer, 1_000_000, None);
-    let (subscription, mut received) = subscription(&[Topic::State], 1, 8);
-    feed.subscribers.subscribe(1, subscription, setup(0.5));
+    let (mut producer, mut feed, mut received) = subscribed(outbox::RECORDS, &[Topic::State], 1, 8);
     for (tick, state, revision) in [
         (0, RigState::Idle, 1),
         (1, RigState::Idle, 1),
@@ -72,10 +83,7 @@ fn the_state_comes_whole_at_first_and_then_at_every_change() {
 
 #[test]
 fn what_a_slow_subscriber_misses_is_counted_and_reported() {
-    let (mut producer, consumer) = outbox::outbox(outbox::RECORDS);
-    let mut feed = Feed::new(consumer, 1_000_000, None);
-    let (subscription, mut received) = subscription(&[Topic::Samples], 2, 1);
-    feed.subscribers.subscribe(1, subscription, setup(0.5));
+    let (mut producer, mut feed, mut received) = subscribed(outbox::RECORDS, &[Topic::Samples], 2, 1);
     let scenes = VecDeque::from([known(1)]);
     for tick in 0..10 {
         producer.push(None, || outbox::tests::record(tick));
@@ -157,10 +165,7 @@ fn summaries(events: &[Event]) -> Vec<String> {
 
 #[test]
 fn state_and_settings_precede_their_rows_in_a_late_feed() {
-    let (mut producer, consumer) = outbox::outbox(2000);
-    let mut feed = Feed::new(consumer, 1_000_000, None);
-    let (subscription, mut received) = subscription(&[Topic::State, Topic::Samples], 1, 64);
-    feed.subscribers.subscribe(1, subscription, setup(0.5));
+    let (mut producer, mut feed, mut received) = subscribed(2000, &[Topic::State, Topic::Samples], 1, 64);
     let scenes = VecDeque::from([known(1), known(2)]);
     // The control thread was held up for 600 ticks. A scene took effect at 100, and the rig was engaged at 400.
     for tick in 0..600 {
@@ -183,7 +188,7 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
         ]
     );
     // What it was sent is not sent again, and a later one hears nothing of what came before it.
-    let (newer, mut newer_received) = self::subscription(&[Topic::State], 1, 64);
+    let (newer, mut newer_received) = subscription(&[Topic::State], 1, 64);
     feed.subscribers.subscribe(2, newer, setup(0.3));
     for (tick, state) in [(600, RigState::Idle), (601, RigState::Engaging)] {
         let mut record = outbox::tests::record(tick);
@@ -203,10 +208,7 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
 
 #[test]
 fn rows_begin_with_a_snapshot_and_another_follows_lost_rows() {
-    let (mut producer, consumer) = outbox::outbox(16);
-    let mut feed = Feed::new(consumer, 1_000_000, None);
-    let (subscription, mut received) = subscription(&[Topic::Samples, Topic::Snapshot], 1, 64);
-    feed.subscribers.subscribe(1, subscription, setup(0.5));
+    let (mut producer, mut feed, mut received) = subscribed(16, &[Topic::Samples, Topic::Snapshot], 1, 64);
     let scenes = VecDeque::from([known(1)]);
     let mut servo = servo(0.1, compiled(&Scene::paper(), 1));
     let mut snapshot = || servo.snapshot().expect("no motion of its own");

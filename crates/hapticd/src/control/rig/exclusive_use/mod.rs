@@ -9,7 +9,7 @@
 pub(in crate::control) mod motion;
 
 use crate::control::RigHandle;
-use crate::control::connected_device::{ConnectedDevice, no_device};
+use crate::control::facts::{ConnectedDevice, no_device};
 use crate::control::peer::Requester;
 use crate::control::rig::both_motors::DrivenAlone;
 use crate::telemetry::motion::HandleMotion;
@@ -151,7 +151,7 @@ pub(in crate::control) async fn begin(
         RigState::Faulted => return Err(rig.refused_as_faulted(verb)),
         state => return wrong(&format!("cannot {verb} while the rig is {state}: release it first")),
     }
-    let connected = ConnectedDevice::find(&rig.facts).map(|device| device.connection);
+    let connected = rig.facts.connected_device().map(|device| device.connection);
     if connected != Some(expected.connection) {
         return Err(no_device(verb));
     }
@@ -313,7 +313,7 @@ pub(in crate::control) fn end_if_over(rig: &RigHandle) {
     let Some(current) = exclusive_use.as_mut().filter(|current| current.ended.is_none()) else {
         return;
     };
-    let connection = ConnectedDevice::find(&rig.facts).map(|device| device.connection);
+    let connection = rig.facts.connected_device().map(|device| device.connection);
     if rig.channel.stops() != current.stops {
         current.end("the rig was stopped");
     } else if connection != Some(current.device.connection) {

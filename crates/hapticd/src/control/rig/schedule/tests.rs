@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::control::rig::fixture::rig;
-use crate::rt::claim::ClaimState;
 use crate::rt::outbox::tests::record;
 use crate::rt::outbox::{FromLoop, TickRecord};
+use crate::rt::shared::ClaimState;
 use haptic_ipc::SceneRamp;
 
 /// A change of `Fs`, and its scene.

@@ -1,8 +1,8 @@
 //! What a tick reports to its loop and to the control thread.
 
 use super::*;
-use crate::rt::claim::{Claim, ClaimState};
 use crate::rt::schedule::ScheduledScene;
+use crate::rt::shared::{Claim, ClaimState};
 
 #[test]
 fn a_tick_says_when_it_ended() {
