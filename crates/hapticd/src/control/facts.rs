@@ -1,5 +1,5 @@
-//! Constants of a run: the rig's limits, the loop's rate, and the directories. With them the connected device: the facts
-//! that are checked before its motor pulls a hand.
+//! Constants of a run: the rig's limits, the loop's rate, and the directories. With them the connected device: the
+//! facts that are checked before its motor pulls a hand.
 
 use crate::config::{Configuration, EngageRules, FrictionOptions};
 use crate::control::hand::PointerHand;

@@ -350,20 +350,6 @@ pub(in crate::control) mod tests {
         assert!(read::<Origin>(&path).is_err());
         let endless = Path::new("/dev/zero");
         assert!(read::<Origin>(endless).expect_err("no file").contains("not a file"));
-        let fifo = directory.path().join("fifo");
-        rustix::fs::mknodat(
-            rustix::fs::CWD,
-            &fifo,
-            rustix::fs::FileType::Fifo,
-            rustix::fs::Mode::from_raw_mode(0o600),
-            0,
-        )
-        .expect("a fifo");
-        assert!(
-            read::<Origin>(&fifo)
-                .expect_err("nobody writes it")
-                .contains("not a file")
-        );
     }
 
     #[test]

@@ -176,17 +176,6 @@ mod tests {
     }
 
     #[test]
-    fn nothing_overtakes_a_scene_that_waits() {
-        let (mut sender, mut receiver) = inbox();
-        for revision in 1..=20 {
-            sender.post(compiled(&Scene::paper(), revision));
-        }
-        assert!(sender.send(limits(7)));
-        let all = taken(&mut receiver);
-        assert_eq!(all[MAX_SCENES..], [("scene", 20), ("limits", 7)]);
-    }
-
-    #[test]
     fn a_full_ring_refuses_whole_and_takes_again_once_emptied() {
         let (mut sender, mut receiver) = inbox();
         for serial in 0..ENTRIES as u64 - 1 {

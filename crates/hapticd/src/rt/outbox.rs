@@ -339,31 +339,14 @@ pub(crate) mod tests {
         assert_eq!(producer.room(), RESERVED + 8);
     }
 
-    /// The answers to all that was sent.
-    fn answers(sent: impl IntoIterator<Item = FromLoop>) -> Answers {
-        let (mut producer, mut consumer) = outbox(1);
-        sent.into_iter().for_each(|entry| producer.send(entry));
-        assert!(consumer.pop().is_none());
-        consumer.answers()
-    }
-
     #[test]
-    fn a_command_is_answered_under_its_own_number_alone() {
+    fn answers_hold_for_one_command_and_for_earlier_stops_and_scenes() {
         let outcome = |tick, refused| Outcome {
             tick,
             state: RigState::Releasing,
             refused,
         };
         let done = |serial, outcome| FromLoop::Done { serial, outcome };
-        let answers = answers([done(1, outcome(71, false)), done(2, outcome(72, true))]);
-        assert_eq!(
-            [1, 2, 3].map(|serial| answers.command(serial)),
-            [None, Some(outcome(72, true)), None]
-        );
-    }
-
-    #[test]
-    fn answers_hold_for_earlier_stops_and_scenes_too() {
         let stopped = Stopped {
             tick: 10,
             state: RigState::Stopped,
@@ -371,8 +354,17 @@ pub(crate) mod tests {
             written_ns: 100,
             confirmed_ns: 1000,
         };
-        let rendered = FromLoop::Rendered { revision: 5, tick: 77 };
-        let answers = answers([FromLoop::Stopped { stops: 2, stopped }, rendered]);
+        let (mut producer, mut consumer) = outbox(1);
+        producer.send(done(1, outcome(71, false)));
+        producer.send(done(2, outcome(72, true)));
+        producer.send(FromLoop::Stopped { stops: 2, stopped });
+        producer.send(FromLoop::Rendered { revision: 5, tick: 77 });
+        assert!(consumer.pop().is_none());
+        let answers = consumer.answers();
+        assert_eq!(
+            [1, 2, 3].map(|serial| answers.command(serial)),
+            [None, Some(outcome(72, true)), None]
+        );
         assert_eq!(
             [1, 2, 3].map(|stop| answers.stop(stop)),
             [Some(stopped), Some(stopped), None]

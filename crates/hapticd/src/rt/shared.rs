@@ -1,9 +1,9 @@
 //! The words that the control thread and the real-time thread share: what must not wait behind a full ring. Each is
 //! written by one side and read by the other in one instruction.
 //!
-//! A scheduled change has a word too, which leaves [`ClaimState::Open`] once: the loop renders the change in its tick, or
-//! the control thread takes it back. Whichever thread moves the word first has decided, and the other reads what it
-//! decided: a change is either rendered or taken back, never both and never neither.
+//! A scheduled change has a word too, which leaves [`ClaimState::Open`] once: the loop renders the change in its tick,
+//! or the control thread takes it back. Whichever thread moves the word first has decided, and the other reads what
+//! it decided: a change is either rendered or taken back, never both and never neither.
 
 use super::atomic::{AtomicBool, AtomicU64, Ordering};
 

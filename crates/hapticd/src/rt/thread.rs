@@ -207,21 +207,18 @@ pub(crate) fn start<V: Space>(
     )]
     let (ready, is_ready) = mpsc::sync_channel(1);
     let loop_shared = Arc::clone(&shared);
-    let thread = std::thread::Builder::new()
-        .name(NAME.to_owned())
-        .stack_size(STACK_BYTES)
-        .spawn(move || {
-            let waiting = prepare(&settings, &mut status);
-            // Nobody may be waiting any more; the loop runs all the same.
-            drop(ready.send(status));
-            let ended = catch_unwind(AssertUnwindSafe(|| {
-                run(&mut tick, &loop_shared, settings, waiting);
-            }));
-            // The last command to the motor, however the loop ended. It may be the device that panicked.
-            let panic = ended.is_err().then(|| PANICKED.get());
-            let final_zero = catch_unwind(AssertUnwindSafe(|| final_zero(&mut tick))).unwrap_or(FinalZero::Unconfirmed);
-            End { panic, final_zero }
-        })?;
+    let thread = spawn(move || {
+        let waiting = prepare(&settings, &mut status);
+        // Nobody may be waiting any more; the loop runs all the same.
+        drop(ready.send(status));
+        let ended = catch_unwind(AssertUnwindSafe(|| {
+            run(&mut tick, &loop_shared, settings, waiting);
+        }));
+        // The last command to the motor, however the loop ended. It may be the device that panicked.
+        let panic = ended.is_err().then(|| PANICKED.get());
+        let final_zero = catch_unwind(AssertUnwindSafe(|| final_zero(&mut tick))).unwrap_or(FinalZero::Unconfirmed);
+        End { panic, final_zero }
+    })?;
     let running = RunningLoop {
         shared,
         thread: Some(thread),
@@ -256,16 +253,20 @@ pub(crate) fn on_prepared_thread<T: Send + 'static>(
     mut status: RealTimeStatus,
     work: impl FnOnce(Waiting) -> T + Send + 'static,
 ) -> std::io::Result<(T, RealTimeStatus)> {
-    let thread = std::thread::Builder::new()
-        .name(NAME.to_owned())
-        .stack_size(STACK_BYTES)
-        .spawn(move || {
-            let waiting = prepare(&settings, &mut status);
-            (work(waiting), status)
-        })?;
+    let thread = spawn(move || {
+        let waiting = prepare(&settings, &mut status);
+        (work(waiting), status)
+    })?;
     thread
         .join()
         .map_err(|_| std::io::Error::other("the real-time thread panicked"))
+}
+
+fn spawn<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> std::io::Result<JoinHandle<T>> {
+    std::thread::Builder::new()
+        .name(NAME.to_owned())
+        .stack_size(STACK_BYTES)
+        .spawn(work)
 }
 
 fn prepare(settings: &ThreadSettings, status: &mut RealTimeStatus) -> Waiting {

@@ -1,6 +1,6 @@
-//! The timing of the loop, from the records of its ticks: since it began, and over the last ten
-//! seconds; and the duration of stops, from the client's line to zero force on the link, and to the device's confirmation
-//! that its motor is off.
+//! The timing of the loop, from the records of its ticks: since it began, and over the last ten seconds; and the
+//! duration of stops, from the client's line to zero force on the link, and to the device's confirmation that its motor
+//! is off.
 //!
 //! The real-time thread only stamps its ticks; the histograms are kept here, on the control thread.
 
