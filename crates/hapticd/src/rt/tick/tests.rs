@@ -28,7 +28,8 @@ struct Scripted {
     /// Time between two samples, ns.
     sample_ns: u64,
     time_ns: u64,
-    written: Arc<std::sync::Mutex<Vec<f64>>>,
+    /// The forces that were taken, N.
+    written: Vec<f64>,
     next: u32,
     /// What becomes of a command.
     writing: Result<Written, DeviceError>,
@@ -76,7 +77,7 @@ impl Device for Scripted {
         self.enabled.push(enabled);
         let written = self.writing?;
         if written == Written::Taken {
-            self.written.lock().expect("one thread").push(force_n);
+            self.written.push(force_n);
         }
         Ok(written)
     }
@@ -87,7 +88,6 @@ struct Bench<D: Device = Scripted> {
     shared: Arc<Shared>,
     inbox: Sender,
     records: outbox::Consumer,
-    written: Arc<std::sync::Mutex<Vec<f64>>>,
     serial: u64,
     clock_ns: u64,
     missed_periods: u64,
@@ -168,12 +168,11 @@ fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench 
 }
 
 fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench {
-    let written = Arc::default();
     let device = Scripted {
         readings: readings.into_iter().collect(),
         sample_ns: 1_000_000,
         time_ns: 0,
-        written: Arc::clone(&written),
+        written: Vec::new(),
         next: 0,
         writing: Ok(Written::Taken),
         repeats: false,
@@ -183,10 +182,7 @@ fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64,
         enabled: Vec::new(),
         link: None,
     };
-    Bench {
-        written,
-        ..bench_on(device, settings)
-    }
+    bench_on(device, settings)
 }
 
 /// A loop on a device.
@@ -204,7 +200,6 @@ fn bench_on<D: Device>(device: D, settings: Settings) -> Bench<D> {
         shared,
         inbox,
         records,
-        written: Arc::default(),
         serial: 0,
         clock_ns: BEGAN_NS,
         missed_periods: 0,
@@ -275,12 +270,7 @@ impl<D: Device> Bench<D> {
 
 impl Bench {
     fn last_written(&self) -> f64 {
-        *self
-            .written
-            .lock()
-            .expect("one thread")
-            .last()
-            .expect("something was written")
+        *self.tick.device.written.last().expect("something was written")
     }
 }
 

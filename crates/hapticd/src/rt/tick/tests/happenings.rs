@@ -139,7 +139,7 @@ proptest! {
     /// Whatever is measured, commanded and changed, whether a scene is rendered or a motion, with
     /// the rig's friction compensated or not: the force is a number within the limits, and zero
     /// where none may flow.
-    // hazard: P2, H2, H15, F3, F11, F20, F21
+    // hazard: P2, H2, H15, F3, F20, F21
     #[test]
     fn force_stays_within_its_limits_and_where_it_belongs(
         happenings in prop::collection::vec(happening(), 1..250),
@@ -237,7 +237,7 @@ proptest! {
             if !bench.tick.device.repeats {
                 bench.tick.device.readings.push(reading);
             }
-            let wrote_before = bench.written.lock().expect("one thread").len();
+            let wrote_before = bench.tick.device.written.len();
             let record = bench.tick_after(after_ns);
             let force = record.command_force;
             prop_assert!(force.is_finite() && force.abs() <= MAX_FORCE, "{record:?}");
@@ -252,7 +252,7 @@ proptest! {
             prop_assert!(!is_let_go || force == 0.0, "nobody is there: {record:?}");
             let most = slew_n_per_s * (after_ns as f64 * 1e-9).min(MAX_STEP_S) + 1e-9;
             prop_assert!(force.abs() - last.abs() <= most, "from {last} N to {force} N in {after_ns} ns");
-            let written = bench.written.lock().expect("one thread").clone();
+            let written = &bench.tick.device.written;
             if written.len() > wrote_before {
                 prop_assert_eq!(*written.last().expect("a force"), force);
                 let live = record.state.is_live() || force == 0.0;

@@ -93,6 +93,25 @@ fn stall_or_machine_sleep_under_force_is_a_fault() {
 }
 
 #[test]
+fn a_stall_does_not_lift_the_slew_limit() {
+    // At rest, and a millimetre on after the stall, on a spring that gives all the force there is.
+    let still = || std::iter::repeat_n(Ok(0.0), 150);
+    let slew_n_per_s = 1000.0;
+    let mut bench = bench_with(slewed(slew_n_per_s), still().chain(std::iter::repeat_n(Ok(1e-3), 10)));
+    bench.inbox.post(compiled(&scenes()[5], 2));
+    bench.command(Command::Engage);
+    bench.ticks(148);
+    assert_eq!(bench.tick().state, RigState::Engaged);
+    bench.tick.device.sample_ns = STALE_NS;
+    let after = bench.tick_after(STALE_NS);
+    assert!(after.coupling_force.abs() > MAX_FORCE, "{after:?}");
+    assert_eq!(after.command_force.abs(), slew_n_per_s * MAX_STEP_S, "{after:?}");
+    bench.tick.device.sample_ns = 1_000_000;
+    let next = bench.tick();
+    assert_eq!(next.command_force.abs(), slew_n_per_s * (MAX_STEP_S + 1e-3));
+}
+
+#[test]
 fn only_periods_missed_under_force_make_the_loop_too_late() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
