@@ -11,288 +11,156 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every section of the log says, in this order.
-pub const FIELDS: [&str; 5] = ["Cause", "Detection", "Reaction", "Off after", "Remains"];
+const FIELDS: [&str; 5] = ["Cause", "Detection", "Reaction", "Off after", "Remains"];
 
 /// Letters that ids begin with: hazards seen by trying, further ones, planted faults, and what no
 /// software can do.
 const KINDS: [char; 4] = ['H', 'F', 'P', 'S'];
 
-/// A row of the log.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A row of the log: the proofs of an id.
+#[derive(Debug, Default)]
 pub struct HazardRow {
-    /// As `H3`.
-    pub id: String,
-    /// The tests that prove it: a file and the name of a function.
-    pub tests: Vec<Named>,
+    /// The tests that prove it, each as `path: name`.
+    pub tests: BTreeSet<String>,
     /// Why there is none.
     pub none: Option<String>,
-    /// What is wrong with the row itself.
-    pub faults: Vec<String>,
-}
-
-/// A test, as a row names it or as it stands in the sources.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Named {
-    /// File, from the root of the repository.
-    pub path: String,
-    /// Function.
-    pub name: String,
 }
 
 /// A test in the sources.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct Test {
-    /// Where it is.
-    pub named: Named,
+    /// As `path: name`.
+    pub named: String,
     /// Ids of the rows that it is marked to prove.
     pub ids: Vec<String>,
 }
 
 fn is_id(text: &str) -> bool {
-    let mut letters = text.chars();
-    letters.next().is_some_and(|kind| KINDS.contains(&kind))
-        && !letters.as_str().is_empty()
-        && letters.as_str().chars().all(|digit| digit.is_ascii_digit())
+    let digits = text.strip_prefix(KINDS).unwrap_or_default();
+    !digits.is_empty() && digits.chars().all(|digit| digit.is_ascii_digit())
 }
 
-/// A row of which nothing is known but its id.
-fn row(id: &str) -> HazardRow {
-    HazardRow {
-        id: id.to_owned(),
-        tests: Vec::new(),
-        none: None,
-        faults: Vec::new(),
-    }
-}
-
-/// The rows of a log in their order, and then the planted faults, each with its proofs.
-#[must_use]
-pub fn rows(log: &str, proofs: &str) -> Vec<HazardRow> {
-    let mut rows = sections(log);
-    let mut proven = BTreeSet::new();
-    let mut last = None;
-    for line in proofs.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
-        match (line.strip_prefix("  "), last) {
-            (Some(proof), Some(at)) => prove(&mut rows[at], proof),
-            _ => {
-                let (id, fault) = line.split_once(": ").unwrap_or((line, ""));
-                let at = rows.iter().position(|row| row.id == id).unwrap_or_else(|| {
-                    let mut row = row(id);
-                    if !(is_id(id) && id.starts_with('P')) {
-                        row.faults.push(format!("{id}: the page has no section of it"));
-                    } else if fault.is_empty() {
-                        row.faults.push(format!("{id}: it does not say which fault is planted"));
-                    }
-                    rows.push(row);
-                    rows.len() - 1
-                });
-                if !proven.insert(id) {
-                    rows[at].faults.push(format!("{id}: its proofs stand in two places"));
-                }
-                last = Some(at);
-            }
-        }
-    }
-    for row in rows.iter_mut().filter(|row| row.tests.is_empty() && row.none.is_none()) {
-        row.faults.push(format!("{}: it names no test", row.id));
-    }
-    rows
-}
-
-/// Adds a proof to its row: a test, or why there is none.
-fn prove(row: &mut HazardRow, proof: &str) {
-    match proof.split_once(": ") {
-        Some(("none", why)) => {
-            if why.len() < 20 {
-                row.faults.push(format!("{}: `none:` wants a reason", row.id));
-            }
-            row.none = Some(why.to_owned());
-        }
-        Some((path, name)) => row.tests.push(Named {
-            path: path.to_owned(),
-            name: name.to_owned(),
-        }),
-        None => row.faults.push(format!("{}: `{proof}` is not `path: name`", row.id)),
-    }
-}
-
-/// The sections of the page, without their proofs.
-fn sections(log: &str) -> Vec<HazardRow> {
-    let mut rows: Vec<HazardRow> = Vec::new();
-    // Labels that are still to come in the section that is being read.
-    let mut missing: Vec<&str> = Vec::new();
-    let close = |rows: &mut Vec<HazardRow>, missing: &mut Vec<&str>| {
-        for field in missing.drain(..) {
-            if let Some(row) = rows.last_mut() {
-                row.faults.push(format!("{}: it has no {field}", row.id));
-            }
-        }
-    };
-    // An item continues in lines that are indented.
-    for line in log.replace("\n  ", " ").lines() {
-        if line.starts_with('#') {
-            close(&mut rows, &mut missing);
-            let title = line.trim_start_matches('#').trim_start();
-            if let Some((id, hazard)) = title.split_once(':').filter(|(id, _)| is_id(id)) {
-                let mut row = row(id);
-                if hazard.trim().is_empty() {
-                    row.faults.push(format!("{id}: its heading names no hazard"));
-                }
-                rows.push(row);
-                missing = FIELDS.to_vec();
-            }
-        } else if let Some((label, text)) = line.strip_prefix("- **").and_then(|item| item.split_once(":** ")) {
-            let Some(row) = rows.last_mut().filter(|_| !missing.is_empty()) else {
-                continue;
-            };
-            if missing.first() != Some(&label) || text.trim().is_empty() {
-                row.faults
-                    .push(format!("{}: {label} stands where {} is expected", row.id, missing[0]));
-            }
-            missing.retain(|field| *field != label);
-        }
-    }
-    close(&mut rows, &mut missing);
-    rows
-}
-
-/// The tests of a source file. Marks of no test are faults.
+/// The ids of the page's sections.
 ///
-/// # Errors
-/// A mark that does not stand above a test, or that names no id.
-pub fn tests(path: &str, source: &str) -> Result<Vec<Test>, String> {
-    if path.ends_with(".py") {
-        return python_tests(path, source);
+/// # Panics
+/// A section does not say what every section says, or stands there twice.
+pub fn sections(page: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for section in page.split("\n#").skip(1) {
+        let title = section
+            .lines()
+            .next()
+            .unwrap_or_default()
+            .trim_start_matches('#')
+            .trim_start();
+        let Some((id, _)) = title.split_once(": ").filter(|(id, _)| is_id(id)) else {
+            continue;
+        };
+        let items = section
+            .lines()
+            .filter_map(|line| line.strip_prefix("- **")?.split_once(":** "));
+        let labels: Vec<&str> = items.map(|(label, _)| label).collect();
+        assert_eq!(labels, FIELDS, "{id}");
+        assert!(found.insert(id.to_owned()), "{id} has two sections");
     }
-    let mut tests = Vec::new();
-    let mut marked: Vec<String> = Vec::new();
-    let mut mark_line = 0;
-    let mut is_test = false;
-    for (number, line) in (1..).zip(source.lines()) {
-        let line = line.trim();
-        if let Some(text) = line.strip_prefix("// hazard:") {
-            if !marked.is_empty() {
-                return Err(format!("{path}:{mark_line}: the mark stands above no test"));
+    found
+}
+
+/// The proofs of each id.
+///
+/// # Panics
+/// A line is none of an id, of a proof and of a remark.
+pub fn proofs(text: &str) -> BTreeMap<String, HazardRow> {
+    let mut rows: BTreeMap<String, HazardRow> = BTreeMap::new();
+    let mut last = String::new();
+    for line in text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+        if let Some(proof) = line.strip_prefix("  ") {
+            let row = rows.get_mut(&last).unwrap_or_else(|| panic!("of which id: {line}"));
+            match proof.strip_prefix("none: ") {
+                Some(why) => row.none = Some(why.to_owned()),
+                None => drop(row.tests.insert(proof.to_owned())),
             }
-            marked = ids(path, number, text)?;
-            mark_line = number;
-        } else if line.starts_with("#[") {
-            // `#[test]`, `#[tokio::test]`, `#[tokio::test(start_paused = true)]`.
-            let attribute = line.trim_start_matches("#[");
-            let attribute = attribute.split([']', '(']).next().unwrap_or_default();
-            is_test |= attribute == "test" || attribute.ends_with("::test");
+        } else {
+            last = line.split(": ").next().unwrap_or_default().to_owned();
+            assert!(is_id(&last), "{last} is no id");
+            // A planted fault is in no page: its text stands here.
+            assert_eq!(last.starts_with('P'), line.contains(": "), "{line}");
+            assert!(
+                rows.insert(last.clone(), HazardRow::default()).is_none(),
+                "{last} stands there twice"
+            );
+        }
+    }
+    rows
+}
+
+/// The tests of a source file.
+///
+/// # Panics
+/// A mark stands above no test, or names no id.
+pub fn tests(path: &str, source: &str) -> Vec<Test> {
+    let is_python = path.ends_with(".py");
+    let mark = if is_python { "# hazard:" } else { "// hazard:" };
+    let mut tests = Vec::new();
+    let (mut ids, mut is_test) = (Vec::new(), false);
+    for (number, line) in (1..).zip(source.lines()) {
+        let line = if is_python { line } else { line.trim() };
+        let place = || format!("{path}:{number}: {line}");
+        if let Some(text) = line.strip_prefix(mark) {
+            ids = text.split(',').map(|id| id.trim().to_owned()).collect();
+            assert!(ids.iter().all(|id: &String| is_id(id)), "{}", place());
         } else if let Some(name) = function(line) {
+            is_test |= is_python && name.starts_with("test_");
+            assert!(is_test || ids.is_empty(), "the mark stands above no test: {}", place());
             if is_test {
+                let named = format!("{path}: {name}");
                 tests.push(Test {
-                    named: Named {
-                        path: path.to_owned(),
-                        name,
-                    },
-                    ids: std::mem::take(&mut marked),
+                    named,
+                    ids: std::mem::take(&mut ids),
                 });
-            } else if !marked.is_empty() {
-                return Err(format!(
-                    "{path}:{mark_line}: the mark stands above {name}, which is no test"
-                ));
             }
             is_test = false;
-        } else if !(line.is_empty() || line.starts_with("//")) {
-            // An attribute may go over several lines; anything else ends what stands above a test.
-            let goes_on = is_test || !marked.is_empty();
-            let of_attribute =
-                line.ends_with([',', '(', '"']) || line.starts_with([')', ']', '"']) || line.contains('=');
-            if goes_on && !of_attribute {
-                if !marked.is_empty() {
-                    return Err(format!("{path}:{mark_line}: the mark stands above no test"));
-                }
-                is_test = false;
-            }
+        } else if line.starts_with("#[test") || line.starts_with("#[tokio::test") {
+            is_test = true;
+        } else if line.is_empty() {
+            assert!(ids.is_empty(), "the mark stands above no test: {}", place());
         }
     }
-    if marked.is_empty() {
-        Ok(tests)
-    } else {
-        Err(format!("{path}:{mark_line}: the mark stands above no test"))
-    }
-}
-
-/// The ids of a mark.
-fn ids(path: &str, line: usize, text: &str) -> Result<Vec<String>, String> {
-    let ids: Vec<String> = text.split(',').map(|id| id.trim().to_owned()).collect();
-    match ids.iter().find(|id| !is_id(id)) {
-        Some(wrong) => Err(format!("{path}:{line}: {wrong:?} is no id of a hazard")),
-        None => Ok(ids),
-    }
-}
-
-/// The tests of a Python file: its functions whose names begin with `test_`.
-fn python_tests(path: &str, source: &str) -> Result<Vec<Test>, String> {
-    let mut tests = Vec::new();
-    let mut mark: Option<(usize, Vec<String>)> = None;
-    for (number, line) in (1..).zip(source.lines()) {
-        if let Some(text) = line.strip_prefix("# hazard:") {
-            mark = Some((number, ids(path, number, text)?));
-            continue;
-        }
-        let function = line.trim_start_matches("async ").strip_prefix("def ");
-        let name = function.and_then(|rest| rest.split_once('(')).map(|(name, _)| name);
-        if let Some(name) = name.filter(|name| name.starts_with("test_")) {
-            tests.push(Test {
-                named: Named {
-                    path: path.to_owned(),
-                    name: name.to_owned(),
-                },
-                ids: mark.take().map_or_else(Vec::new, |(_, ids)| ids),
-            });
-        } else if let Some((mark_line, _)) = mark.as_ref().filter(|_| !line.starts_with('@')) {
-            return Err(format!("{path}:{mark_line}: the mark stands above no test"));
-        }
-    }
-    match mark {
-        Some((mark_line, _)) => Err(format!("{path}:{mark_line}: the mark stands above no test")),
-        None => Ok(tests),
-    }
+    tests
 }
 
 /// The name of the function that a line begins.
-fn function(line: &str) -> Option<String> {
+fn function(line: &str) -> Option<&str> {
     let mut rest = line;
     for word in ["pub ", "pub(crate) ", "pub(super) ", "async ", "const ", "unsafe "] {
         rest = rest.strip_prefix(word).unwrap_or(rest);
     }
-    let name = rest.strip_prefix("fn ")?;
-    let end = name.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))?;
-    Some(name[..end].to_owned())
+    let name = rest.strip_prefix("fn ").or_else(|| rest.strip_prefix("def "))?;
+    name.split(['(', '<']).next()
 }
 
-/// Where the log and the tests do not agree, in sentences.
-#[must_use]
-pub fn disagreements(rows: &[HazardRow], tests: &[Test]) -> Vec<String> {
-    let mut found: Vec<String> = rows.iter().flat_map(|row| row.faults.clone()).collect();
-    let known: BTreeSet<&Named> = tests.iter().map(|test| &test.named).collect();
-    let mut named: BTreeMap<&str, BTreeSet<&Named>> = BTreeMap::new();
-    for row in rows {
-        if named.insert(&row.id, row.tests.iter().collect()).is_some() {
-            found.push(format!("{}: there are two rows of it", row.id));
+/// Where the page, the proofs and the tests do not agree, in sentences.
+pub fn disagreements(page: &BTreeSet<String>, rows: &BTreeMap<String, HazardRow>, tests: &[Test]) -> Vec<String> {
+    let mut found = Vec::new();
+    for id in page.iter().filter(|id| !rows.contains_key(*id)) {
+        found.push(format!("{id}: nothing proves it"));
+    }
+    let known: BTreeSet<&String> = tests.iter().map(|test| &test.named).collect();
+    for (id, row) in rows {
+        if !page.contains(id) && !id.starts_with('P') {
+            found.push(format!("{id}: the page has no section of it"));
         }
-        for test in &row.tests {
-            if !known.contains(test) {
-                found.push(format!("{}: there is no test {} in {}", row.id, test.name, test.path));
-            }
+        if row.tests.is_empty() && row.none.is_none() {
+            found.push(format!("{id}: it names no test"));
+        }
+        for test in row.tests.iter().filter(|test| !known.contains(test)) {
+            found.push(format!("{id}: there is no test {test}"));
         }
     }
-    for Test { named: test, ids } in tests {
+    for Test { named, ids } in tests {
         for id in ids {
-            match named.get(id.as_str()) {
-                None => found.push(format!(
-                    "{} in {} is marked {id}, which has no row",
-                    test.name, test.path
-                )),
-                Some(tests) if !tests.contains(test) => found.push(format!(
-                    "{id}: it does not name {} in {}, which is marked as its proof",
-                    test.name, test.path
-                )),
-                Some(_) => {}
+            if !rows.get(id).is_some_and(|row| row.tests.contains(named)) {
+                found.push(format!("{id}: it does not name {named}, which is marked as its proof"));
             }
         }
     }
@@ -303,7 +171,6 @@ pub fn disagreements(rows: &[HazardRow], tests: &[Test]) -> Vec<String> {
 ///
 /// # Panics
 /// They cannot be read.
-#[must_use]
 pub fn sources(root: &Path) -> Vec<(String, String)> {
     let mut folders: Vec<PathBuf> = ["crates", "tests", "python/tests"]
         .map(|folder| root.join(folder))
