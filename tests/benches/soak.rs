@@ -8,7 +8,7 @@ use system_tests::soak::{self, Options};
 /// Runs the real daemons at 1 kHz with clients, changes, schedules and recordings, brings one fault after another about
 /// in a random order, and checks what must hold all the while.
 ///
-/// The report is target/soak/report.md, with soak.svg. The exit code is 0 if every claim of it holds, and 1
+/// The report is target/soak/report.md. The exit code is 0 if every claim of it holds, and 1
 /// otherwise. A busy machine fails nothing: missed periods are reported, and a fault that it brings about itself is tried
 /// again.
 #[derive(Parser)]

@@ -1,11 +1,8 @@
 //! The faults, each with the state in which it ends by docs/safety.md and the time by which the motor gives no force.
 
 use super::rig::Rig;
-#[cfg(target_arch = "x86_64")]
-use crate::hung::{Hang, HungThread};
-use crate::process::{Killed, signal};
-use crate::{PATIENCE, until, until_some};
-use haptic_ipc::{ClientError, Request, SceneSaveReply};
+use crate::HeldThread;
+use crate::process::signal;
 use rustix::process::Signal;
 use std::time::{Duration, Instant};
 
@@ -60,8 +57,6 @@ pub(super) enum On {
     Any,
     /// Those behind a link.
     Link,
-    /// Those whose clock can be stepped.
-    SteppedClock,
     /// Those whose memory can be taken.
     ScarceMemory,
 }
@@ -72,7 +67,6 @@ impl Fault {
         match self.on {
             On::Any => true,
             On::Link => rig.is_on_link(),
-            On::SteppedClock => rig.clock.is_ok(),
             On::ScarceMemory => rig.memory.is_ok(),
         }
     }
@@ -226,7 +220,6 @@ pub(super) const ALL: &[Fault] = &[
             signal(pid, Signal::CONT);
         },
     ),
-    #[cfg(target_arch = "x86_64")]
     ends(
         "control thread hangs",
         "H2",
@@ -234,9 +227,9 @@ pub(super) const ALL: &[Fault] = &[
         Ending::Faulted("control_lost"),
         1050,
         |rig, watch| {
-            let hung = HungThread::control(rig.daemon.pid(), Hang::Spinning);
+            let held = HeldThread::control(rig.daemon.pid());
             watch(rig);
-            drop(hung);
+            drop(held);
         },
     ),
     ends("stop by a client", "H12", On::Any, Ending::Stopped, 5, |rig, watch| {
@@ -270,21 +263,6 @@ pub(super) const ALL: &[Fault] = &[
             watch(rig);
         },
     ),
-    ends(
-        "log that blocks, then a stop",
-        "H1",
-        On::Any,
-        Ending::Stopped,
-        5,
-        block_log,
-    ),
-    goes_on("full disk", "H14", On::Any, fill_disk),
-    goes_on(
-        "wall clock an hour ahead, then behind",
-        "none",
-        On::SteppedClock,
-        step_clock,
-    ),
     goes_on("no memory left", "F5", On::ScarceMemory, |rig, watch| {
         let pid = rig.daemon.pid();
         let Ok(group) = &rig.memory else { return };
@@ -309,87 +287,4 @@ fn lie(rig: &mut Rig, lie: &str, watch: Watch<'_>) {
     fake(rig, lie);
     watch(rig);
     fake(rig, "honest");
-}
-
-/// Nobody reads what the daemon says, until nothing more fits; then it is stopped.
-fn block_log(rig: &mut Rig, watch: Watch<'_>) {
-    let before = rig.output.bytes();
-    rig.output.hold(true);
-    let began = Instant::now();
-    while !rig.output.is_full() {
-        // Stops and resets are lines on standard error.
-        rig.stop();
-        drop(rig.client.request::<serde_json::Value>(Request::Reset {}));
-        assert!(began.elapsed() < PATIENCE, "the log does not fill up");
-    }
-    while !rig.pull() {}
-    rig.begin();
-    rig.stop();
-    watch(rig);
-    rig.output.hold(false);
-    // What waited is read, and the daemon has not given its log up.
-    while rig.output.bytes() == before {
-        assert!(began.elapsed() < 2 * PATIENCE, "the daemon's log has ended");
-        crate::pause();
-    }
-}
-
-/// The disk is full: a scene is not saved, and a recording ends with what it has.
-fn fill_disk(rig: &mut Rig, watch: Watch<'_>) {
-    let pid = rig.daemon.pid();
-    let file = rig.disk.seen_by(pid).join("full.csv");
-    // It says little, which its pipes hold.
-    let mut recorder = Killed(rig.daemon.recorder(&file, &[]));
-    until("nothing is recorded", || {
-        file.metadata().is_ok_and(|file| file.len() > 20_000)
-    });
-    rig.disk.fill(pid, recorder.id());
-    let save = Request::SceneSave {
-        name: "soak".to_owned(),
-        scene: None,
-        replace: true,
-    };
-    let saved = rig.client.request::<SceneSaveReply>(save.clone());
-    watch(rig);
-    let ended = until_some("the recording continues without a disk", || {
-        recorder.try_wait().expect("it is ours")
-    });
-    let read = crate::ctl(rig.daemon.socket(), &["recording", "info", &file.to_string_lossy()]);
-    rig.disk.empty(pid);
-    drop(std::fs::remove_file(file));
-    assert_eq!(ended.code(), Some(1), "a recording on a full disk fails");
-    assert!(read.status.success(), "what it holds reads: {read:?}");
-    assert!(
-        matches!(saved, Err(ClientError::Refused(_))),
-        "a full disk is reported: {saved:?}"
-    );
-    let saved = rig.client.request::<SceneSaveReply>(save);
-    assert!(saved.is_ok(), "with room it is saved: {saved:?}");
-}
-
-/// The wall clock steps: entries of the journal show it, and nothing else does.
-fn step_clock(rig: &mut Rig, watch: Watch<'_>) {
-    for ahead_s in [3600_i32, -3600, 0] {
-        let Ok(clock) = &rig.clock else { return };
-        clock.set(ahead_s.into());
-        let after = rig.newest_entry();
-        watch(rig);
-        // The clients go on changing the scene, and what they changed before may be entered late.
-        let began = Instant::now();
-        loop {
-            let true_s = jiff::Timestamp::now().as_duration().as_secs_f64();
-            let entries = rig.journal(Some(after));
-            let off_s = entries
-                .last()
-                .map(|entry| entry.time_unix_s - true_s - f64::from(ahead_s));
-            if off_s.is_some_and(|off_s| off_s.abs() < 120.0) {
-                break;
-            }
-            assert!(
-                began.elapsed() < PATIENCE,
-                "the step of {ahead_s} s is off by {off_s:?} s in the journal"
-            );
-            crate::pause();
-        }
-    }
 }

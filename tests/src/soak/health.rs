@@ -1,10 +1,8 @@
-//! Memory, descriptors and missed periods of a daemon over time.
+//! Memory and descriptors of a daemon over time.
 
 use super::plan::Plan;
 use crate::Daemon;
 use crate::process::{descriptors, size_kib};
-use haptic_ipc::{Client, Request, Timing};
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Time between two looks.
@@ -30,8 +28,6 @@ pub(super) struct Snapshot {
     pub(super) time_s: f64,
     pub(super) resident_kib: u64,
     pub(super) descriptors: usize,
-    pub(super) missed_periods: u64,
-    pub(super) ticks: u64,
 }
 
 impl Snapshot {
@@ -44,8 +40,6 @@ impl Snapshot {
             time_s: plan.time_s(),
             resident_kib: size_kib(pid, "VmRSS").unwrap_or(0),
             descriptors: descriptors(pid),
-            missed_periods: 0,
-            ticks: 0,
         }
     }
 }
@@ -59,8 +53,7 @@ pub(super) struct History {
 }
 
 /// Looks at a daemon until the soak is over.
-pub(super) fn watch(plan: &Plan, pid: u32, socket: &Path) -> History {
-    let mut client = Client::connect(socket).expect("the daemon serves");
+pub(super) fn watch(plan: &Plan, pid: u32) -> History {
     let mut history = History::default();
     let mut due = Instant::now();
     while !plan.is_over() {
@@ -69,12 +62,7 @@ pub(super) fn watch(plan: &Plan, pid: u32, socket: &Path) -> History {
             continue;
         }
         due = Instant::now() + EVERY;
-        let timing: Timing = client.request(Request::Timing {}).expect("the timing");
-        history.snapshots.push(Snapshot {
-            missed_periods: timing.since_start.missed_periods,
-            ticks: timing.since_start.ticks,
-            ..Snapshot::of_process(plan, pid)
-        });
+        history.snapshots.push(Snapshot::of_process(plan, pid));
     }
     history
 }
@@ -120,33 +108,5 @@ impl History {
             kib.get(kib.len() / 2).and_then(|kib| i64::try_from(*kib).ok())
         };
         Some(median(0.75, 1.01)? - median(0.5, 0.75)?)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn history(length_s: u32, kib: impl Fn(u32) -> u64) -> History {
-        let snapshots = (0..length_s).map(|time_s| Snapshot {
-            time_s: f64::from(time_s),
-            resident_kib: kib(time_s),
-            ..Snapshot::default()
-        });
-        History {
-            snapshots: snapshots.collect(),
-            descriptors_without_clients: [0; 2],
-        }
-    }
-
-    #[test]
-    fn memory_that_grows_is_seen_once_the_histories_are_full() {
-        assert_eq!(history(120, |time_s| u64::from(time_s) * 100).growth_kib(), None);
-        let full = history(3600, |time_s| 9000 + u64::from(time_s.min(300)) * 15);
-        assert_eq!(full.growth_kib(), Some(0));
-        assert_eq!(full.most_memory_kib(), 13_500);
-        // 1 KiB in each second.
-        let leaks = history(3600, |time_s| 9000 + u64::from(time_s));
-        assert_eq!(leaks.growth_kib(), Some(900));
     }
 }

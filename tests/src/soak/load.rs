@@ -7,7 +7,7 @@ use haptic_ipc::{
     ScheduledChange, ServerLine, SubscribeReply, Topic,
 };
 use serde_json::json;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufWriter, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -40,7 +40,6 @@ pub(super) struct ClientRecord {
     pub(super) changes: Changes,
     pub(super) journal: Journal,
     pub(super) rows: ReceivedRows,
-    pub(super) visits: u64,
 }
 
 /// What was changed.
@@ -48,10 +47,6 @@ pub(super) struct ClientRecord {
 pub(super) struct Changes {
     /// Revisions that the daemon answered.
     pub(super) revisions: Vec<u64>,
-    /// Schedules that it took.
-    pub(super) schedules: u64,
-    /// Requests that it refused, by code.
-    pub(super) refused: BTreeMap<String, u64>,
 }
 
 /// The journal, as a subscriber received it.
@@ -63,8 +58,6 @@ pub(super) struct Journal {
     /// Entries that did not come after the one before.
     pub(super) missing: u64,
     revisions: BTreeSet<u64>,
-    /// Faults, by code.
-    pub(super) faults: BTreeMap<String, u64>,
     /// Changes that were answered and are in no entry.
     pub(super) unlogged: u64,
 }
@@ -87,7 +80,7 @@ pub(super) struct Load<'scope> {
     changes: ScopedJoinHandle<'scope, Changes>,
     journal: ScopedJoinHandle<'scope, Journal>,
     rows: ScopedJoinHandle<'scope, ReceivedRows>,
-    visits: ScopedJoinHandle<'scope, u64>,
+    visits: ScopedJoinHandle<'scope, ()>,
 }
 
 /// Starts the clients of a daemon.
@@ -123,11 +116,11 @@ pub(super) fn start<'scope>(
 impl Load<'_> {
     /// Waits for the ends of the clients; says which ended in a panic.
     pub(super) fn join(self, broken: &mut Vec<String>) -> ClientRecord {
+        joined(self.visits, "the client that comes and goes", broken);
         ClientRecord {
             changes: joined(self.changes, "the client that changes the scene", broken),
             journal: joined(self.journal, "the client that hears the journal", broken),
             rows: joined(self.rows, "the client that hears the ticks", broken),
-            visits: joined(self.visits, "the client that comes and goes", broken),
         }
     }
 }
@@ -165,9 +158,6 @@ impl Journal {
         }
         self.last = entry.seq;
         self.revisions.insert(entry.revision);
-        if let Some(fault) = &entry.fault {
-            *self.faults.entry(fault.clone()).or_default() += 1;
-        }
     }
 }
 
@@ -200,14 +190,14 @@ fn change(plan: &Plan, rig: &'static str, socket: &Path) -> Changes {
         let next = next_change(&mut random, &mut client);
         let asked = client.request::<serde_json::Value>(next);
         match asked {
-            Ok(answer) => match serde_json::from_value::<ChangeReply>(answer) {
-                Ok(changed) if changed.changed => changes.revisions.push(changed.revision),
-                Ok(_) => {}
-                Err(_) => changes.schedules += 1,
-            },
-            Err(ClientError::Refused(refused)) => {
-                *changes.refused.entry(format!("{:?}", refused.code)).or_default() += 1;
+            // The answer to a schedule has no revision.
+            Ok(answer) => {
+                let changed = serde_json::from_value::<ChangeReply>(answer)
+                    .ok()
+                    .filter(|reply| reply.changed);
+                changes.revisions.extend(changed.map(|reply| reply.revision));
             }
+            Err(ClientError::Refused(_)) => {}
             Err(error) => panic!("a change: {error}"),
         }
         thread::sleep(CHANGES_EVERY);
@@ -283,11 +273,11 @@ fn next_event(receiver: &mut Receiver) -> Option<Event> {
 
 /// Comes and goes: clients that ask, that send what is no request, that subscribe and hang up, and one that never
 /// reads.
-fn visit(plan: &Plan, socket: &Path) -> u64 {
+fn visit(plan: &Plan, socket: &Path) {
     let subscription = json!({ "id": 1, "op": "subscribe", "topics": ["state", "samples", "log"] });
     let mut deaf = UnixStream::connect(socket).expect("the daemon serves");
     writeln!(deaf, "{subscription}").expect("a subscription");
-    let mut visits = 0;
+    let mut visits = 0_u64;
     while !plan.is_over() {
         let line = match visits % 4 {
             0 => json!({ "id": 1, "op": "status" }).to_string(),
@@ -305,5 +295,4 @@ fn visit(plan: &Plan, socket: &Path) -> u64 {
         }
         thread::sleep(VISITS_EVERY);
     }
-    visits
 }

@@ -5,13 +5,10 @@
 //! the force, and one on the fake rig in its process. Each has clients that change its scene and clients that misuse
 //! it, a journal that is followed, and recordings that are replayed.
 
-mod clock_step;
-mod disk;
 mod ending;
 mod faults;
 mod health;
 mod load;
-mod output;
 mod plan;
 mod pressure;
 mod recordings;
@@ -110,7 +107,7 @@ fn soak(plan: &Plan, mut rig: Rig) -> Seen {
         let (socket, user_over) = (&socket, &user_over);
         let load = load::start(scope, plan, place, socket);
         let recordings = scope.spawn(move || recordings::run(plan, place, socket));
-        let health = scope.spawn(move || health::watch(plan, pid, socket));
+        let health = scope.spawn(move || health::watch(plan, pid));
         // A daemon that hangs for good would hang its clients too.
         scope.spawn(move || end_a_hung_daemon(plan, pid, user_over));
         let mut occurrences = Vec::new();
@@ -127,7 +124,7 @@ fn soak(plan: &Plan, mut rig: Rig) -> Seen {
             recordings::Checked::default()
         });
         let health = health.join().unwrap_or_else(|_| {
-            broken.push("the client that asks for the timing ended in a panic (above)".to_owned());
+            broken.push("the look at its memory ended in a panic (above)".to_owned());
             health::History::default()
         });
         user_over.store(true, Ordering::Relaxed);
@@ -159,21 +156,5 @@ fn end_a_hung_daemon(plan: &Plan, pid: u32, ended: &AtomicBool) {
             return;
         }
         thread::sleep(Duration::from_millis(20));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_length_has_a_unit_and_is_above_zero() {
-        assert_eq!(length("90s"), Ok(Duration::from_secs(90)));
-        assert_eq!(length("2m"), Ok(Duration::from_secs(120)));
-        assert_eq!(length("1h"), Ok(Duration::from_secs(3600)));
-        for wrong in ["", "90", "0s", "-2m", "1 fortnight"] {
-            let refused = length(wrong).expect_err(wrong);
-            assert!(refused.contains("90s, 2m or 1h"), "{refused}");
-        }
     }
 }

@@ -1,4 +1,4 @@
-//! What a soak has shown: its claims, for people and as a document with a plot.
+//! What a soak has shown: its claims, for people and as a document.
 
 use super::faults::{ALL, Fault};
 use super::health::{MAX_DESCRIPTORS_MORE, MAX_GROWTH_KIB, MAX_MEMORY_KIB};
@@ -6,7 +6,6 @@ use super::plan::Plan;
 use super::rig::{FORCE_LIMIT_N, FORCE_UNIT_N};
 use super::round::{End, Occurrence};
 use super::{health, load, recordings, rig};
-use haptic_lab::drawing::{Chart, Trace, svg};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
@@ -53,7 +52,6 @@ pub struct Report {
     /// What cannot be brought about on this machine, and why.
     pub left_out: Vec<String>,
     markdown: String,
-    plot: String,
 }
 
 impl Report {
@@ -63,7 +61,6 @@ impl Report {
         left_out.push("a journald that stands still: these daemons write to a pipe, which blocks instead".to_owned());
         Self {
             markdown: markdown(plan, seen, &claims, &left_out),
-            plot: plot(seen),
             claims,
             left_out,
         }
@@ -81,7 +78,6 @@ impl Report {
 
     pub(super) fn write(&self, folder: &Path) {
         fs::write(folder.join("report.md"), &self.markdown).expect("the report");
-        fs::write(folder.join("soak.svg"), &self.plot).expect("the plot");
     }
 }
 
@@ -298,27 +294,10 @@ fn markdown(plan: &Plan, seen: &[Seen], claims: &[Claim], left_out: &[String]) -
     for fault in ALL {
         line(format_args!("{}", fault_row(fault, seen)));
     }
-    for seen in seen {
-        let load = &seen.load;
-        let last = seen.health.snapshots.last().copied().unwrap_or_default();
-        line(format_args!(
-            "\n## Daemon {}\n\n- {} ticks, {} periods missed (not judged: the machine decides)\n- faults in the journal: {:?}\n\
-             - {} changes made, {} schedules taken, refused: {:?}\n- {} clients came and went",
-            seen.rig,
-            last.ticks,
-            last.missed_periods,
-            load.journal.faults,
-            load.changes.revisions.len(),
-            load.changes.schedules,
-            load.changes.refused,
-            load.visits
-        ));
-    }
     line(format_args!("\n## Left out\n"));
     for one in left_out {
         line(format_args!("- {one}"));
     }
-    line(format_args!("\n![memory, descriptors and missed periods](soak.svg)"));
     text
 }
 
@@ -349,27 +328,4 @@ fn fault_row(fault: &Fault, seen: &[Seen]) -> String {
         shown(&link),
         shown(&in_process)
     )
-}
-
-fn plot(seen: &[Seen]) -> String {
-    #[expect(clippy::cast_precision_loss, reason = "sizes and counts far below 2^53")]
-    let charts = [
-        ("Memory", "Resident (MiB)", 0),
-        ("Descriptors", "Descriptors", 1),
-        ("Missed periods", "Periods missed since the start", 2),
-    ]
-    .map(|(title, unit, which)| {
-        seen.iter().fold(Chart::new(title, "Time (s)", unit), |chart, seen| {
-            let points = seen.health.snapshots.iter().map(|one| {
-                let value = match which {
-                    0 => one.resident_kib as f64 / 1024.0,
-                    1 => one.descriptors as f64,
-                    _ => one.missed_periods as f64,
-                };
-                [one.time_s, value]
-            });
-            chart.with(Trace::line(seen.rig, points.collect()))
-        })
-    });
-    svg(&charts)
 }

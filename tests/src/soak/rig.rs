@@ -1,12 +1,10 @@
 //! One daemon of a soak with its rig, and the client that brings its faults about.
 
-use super::clock_step::ClockStep;
-use super::disk::Disk;
-use super::output::Output;
 use super::pressure::Group;
 use crate::fake_rig::FakeRig;
 use crate::{Daemon, PATIENCE, pull_until, status, try_to_engage, wait_for, wait_for_state};
 use haptic_ipc::{Client, JournalEntry, LogReply, Request, RigState, StateReply, Status, Timing};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// Largest force that the daemons are configured to allow, N: less than the scenes give, so that it is reached.
@@ -62,9 +60,6 @@ pub(super) struct Rig {
     pub(super) daemon: Daemon,
     pub(super) fake: Option<FakeRig>,
     pub(super) client: Client,
-    pub(super) disk: Disk,
-    pub(super) output: Output,
-    pub(super) clock: Result<ClockStep, String>,
     pub(super) memory: Result<Group, String>,
     force: ForceRecord,
     /// When what takes the force away began.
@@ -79,7 +74,7 @@ impl Rig {
         let at = directory.path();
         let fake = (place == Place::Link)
             .then(|| FakeRig::start(&["--buttons=1", "--watchdog-ms=50", &format!("--seed={seed}")]));
-        let (disk, mut command) = Disk::at(at.join("disk"));
+        let mut command = Command::new(crate::binary("hapticd"));
         let device = fake.as_ref().map_or_else(|| "fake".to_owned(), FakeRig::address);
         command.args(["--device", &device]);
         for (option, name) in [
@@ -87,15 +82,14 @@ impl Rig {
             ("--state-dir", "state"),
             ("--metrics-file", "metrics.prom"),
         ] {
-            command.arg(option).arg(at.join("disk").join(name));
+            command.arg(option).arg(at.join(name));
         }
         command.arg(format!("--force-limit-n={FORCE_LIMIT_N}")).args(OPTIONS);
         if place == Place::Link {
             command.arg("--stop-button=1");
         }
-        let clock = ClockStep::of(&mut command, at);
+        // Nobody reads what it says: the pipe fills up, and takes nothing more.
         let daemon = Daemon::spawn(command, &at.join("run/control.sock"));
-        let output = Output::of(daemon.stderr.get_ref());
         let mut client = daemon.client();
         wait_for_state(&mut client, RigState::Idle);
         Self {
@@ -103,9 +97,6 @@ impl Rig {
             memory: Group::new(name(place)),
             daemon,
             client,
-            disk,
-            output,
-            clock,
             force: ForceRecord {
                 is_independent: fake.is_some(),
                 ..ForceRecord::default()
@@ -127,16 +118,10 @@ impl Rig {
 
     /// What cannot be brought about here, and why.
     pub(super) fn left_out(&self) -> Vec<String> {
-        let left_out = |what: &str, why: &Result<(), &String>| {
-            why.err().map(|why| format!("{what}, {}: {}", self.name(), why.trim()))
-        };
-        [
-            left_out("clock steps", &self.clock.as_ref().map(|_| ())),
-            left_out("memory pressure", &self.memory.as_ref().map(|_| ())),
-        ]
-        .into_iter()
-        .flatten()
-        .collect()
+        let why = self.memory.as_ref().err();
+        why.map(|why| format!("memory pressure, {}: {}", self.name(), why.trim()))
+            .into_iter()
+            .collect()
     }
 
     /// What its motor did, by its own record.

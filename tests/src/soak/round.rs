@@ -200,35 +200,3 @@ fn wait_for_the_end(ending: Ending, rig: &mut Rig) -> RigState {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn judged(ends_in: Ending, ended: RigState, fault: Option<&str>) -> End {
-        let entry = JournalEntry {
-            fault: fault.map(str::to_owned),
-            ..JournalEntry::of("fault")
-        };
-        judge(ends_in, ended, None, || vec![entry.clone()])
-    }
-
-    #[test]
-    fn machine_fault_is_distinguished_from_the_provoked_one() {
-        let jump = Ending::Faulted("jump");
-        assert_eq!(judged(jump, RigState::Faulted, Some("jump")), End::AsDocumented(None));
-        assert_eq!(
-            judged(jump, RigState::Faulted, Some("stalled")),
-            End::BusyMachine("stalled".to_owned())
-        );
-        assert_eq!(
-            judged(Ending::Released, RigState::Disconnected, None),
-            End::BusyMachine("disconnected".to_owned())
-        );
-        assert_eq!(judged(Ending::GoesOn, RigState::Engaged, None), End::AsDocumented(None));
-        assert_eq!(
-            judged(Ending::GoesOn, RigState::Faulted, Some("stale")),
-            End::BusyMachine("stale".to_owned())
-        );
-    }
-}
