@@ -12,7 +12,7 @@
 # bit) or change only a printed text. The others, and why they may live:
 #
 #   priority, processor, locked memory, deadlines (27)  real_time_claims compares each with the kernel's account
-#   the stack touched beforehand, blocked signals (2)   rt_purity counts the loop's page faults and system calls
+#   the stack touched beforehand, blocked signals (2)   real_time_claims counts the loop's page faults and system calls
 #   how the daemon waits for the loop's end (6)         blocked_output ends the whole daemon in every attack
 #   when the loop spins                                 at most 0.1 ms of a period; `status` shows it
 #   nine sizes of memory and stacks                     they only have to be large enough

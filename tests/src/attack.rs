@@ -290,15 +290,10 @@ fn ask_for_much_and_never_read(socket: &Path, over: &AtomicBool) {
     let names: serde_json::Map<String, serde_json::Value> =
         (0..6000).map(|name| (name.to_string(), 1.into())).collect();
     requests.push_str(&format!("{}\n", json!({ "id": 2, "op": "set", "params": names })).repeat(100));
-    std::thread::scope(|scope| {
-        for _ in 0..8 {
-            scope.spawn(|| {
-                while goes_on(over) {
-                    let Some(mut stream) = connect(socket) else { continue };
-                    send(&mut stream, requests.as_bytes());
-                    wait(over, Duration::from_millis(500));
-                }
-            });
+    each_of(8, over, || {
+        if let Some(mut stream) = connect(socket) {
+            send(&mut stream, requests.as_bytes());
+            wait(over, Duration::from_millis(500));
         }
     });
 }
@@ -308,17 +303,9 @@ fn ask_without_pause(socket: &Path, over: &AtomicBool) {
     for op in ["describe", "get", "status", "timing", "advise", "scene.list", "log"] {
         request.push_str(&format!("{}\n", json!({ "id": 1, "op": op })));
     }
-    let ask = || {
-        let Some(mut stream) = connect(socket) else { return };
-        while goes_on(over) && send(&mut stream, request.as_bytes()) && swallow(&mut stream) {}
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..4 {
-            scope.spawn(|| {
-                while goes_on(over) {
-                    ask();
-                }
-            });
+    each_of(4, over, || {
+        if let Some(mut stream) = connect(socket) {
+            while goes_on(over) && send(&mut stream, request.as_bytes()) && swallow(&mut stream) {}
         }
     });
 }

@@ -63,13 +63,6 @@ pub enum Step {
     },
     /// To end a program that runs.
     Interrupt(String),
-    /// What cannot be run here, and why.
-    NotRun {
-        /// The commands.
-        lines: Vec<ConsoleLine>,
-        /// Why not.
-        why: String,
-    },
 }
 
 /// Reads the steps of a page, each with the number of its first line.
@@ -121,7 +114,7 @@ fn step(kind: &str, remark: Option<&str>, body: &[&str]) -> Result<Option<Step>,
         "keeps running" if lines.len() == 1 => Ok(Some(Step::Start(lines.remove(0)))),
         "keeps running" => Err("one program runs in a terminal".to_owned()),
         "not run" if value.is_empty() => Err("it says not why it is not run".to_owned()),
-        "not run" => Ok(Some(Step::NotRun { lines, why: value })),
+        "not run" => Ok(None),
         "exit code" => {
             let code = value.parse().map_err(|_| format!("`{value}` is not an exit code"))?;
             Ok(Some(Step::Run { lines, code }))
@@ -280,7 +273,6 @@ impl Reader {
             Step::Start(line) => self.start(line),
             Step::Type { program, lines } => self.type_into(&program, &lines),
             Step::Interrupt(program) => self.interrupt(&program),
-            Step::NotRun { .. } => Ok(()),
         }
     }
 

@@ -55,7 +55,7 @@ impl Drop for HeldThread {
 }
 
 /// Has a traced thread stand still.
-pub(crate) fn interrupt(thread: Pid) {
+fn interrupt(thread: Pid) {
     ptrace::interrupt(thread).expect("it is traced");
     let stopped = waitpid(thread, Some(WaitPidFlag::__WALL)).expect("it is traced");
     assert!(matches!(stopped, WaitStatus::PtraceEvent(..)), "{stopped:?}");

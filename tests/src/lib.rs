@@ -12,8 +12,6 @@ pub mod drawn;
 pub mod fake_rig;
 pub mod hazards;
 mod held;
-#[cfg(target_arch = "x86_64")]
-pub mod hung;
 pub mod links;
 pub mod measure;
 pub mod package;
@@ -21,13 +19,11 @@ pub mod pid1;
 pub mod process;
 pub mod recorded;
 pub mod reference;
-pub mod relay;
 pub mod schema;
 pub mod screen;
 pub mod simulated_rig;
 pub mod soak;
 pub mod stalled;
-pub mod study_screen;
 pub mod terminal;
 mod timed;
 pub mod transcript;
@@ -175,19 +171,14 @@ impl Daemon {
     }
 
     /// Starts a prepared command on a socket, and waits until it has made it.
-    pub fn spawn(command: Command, socket: &Path) -> Self {
-        Self::spawn_writing_to(command, socket, Stdio::null())
-    }
-
-    /// The same, with something else than nothing as its standard output.
-    pub fn spawn_writing_to(mut command: Command, socket: &Path, stdout: Stdio) -> Self {
+    pub fn spawn(mut command: Command, socket: &Path) -> Self {
         be_patient(&mut command);
         begin_with_the_papers_scene(&mut command);
         let mut child = command
             .arg("--socket")
             .arg(socket)
             .stdin(Stdio::null())
-            .stdout(stdout)
+            .stdout(Stdio::null())
             .stderr(Stdio::piped())
             .spawn()
             .expect("hapticd starts");
@@ -414,13 +405,6 @@ impl Raw {
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{line}: {error}"))
     }
 
-    /// Reads a line, unless the connection is gone.
-    pub fn try_line(&mut self) -> Option<serde_json::Value> {
-        let mut line = String::new();
-        self.reader.read_line(&mut line).ok().filter(|read| *read > 0)?;
-        serde_json::from_str(&line).ok()
-    }
-
     /// Sends a line and reads the answer.
     pub fn ask(&mut self, line: &str) -> serde_json::Value {
         self.send(format!("{line}\n"));
@@ -531,10 +515,4 @@ pub fn processors() -> Vec<usize> {
     (0..rustix::thread::CpuSet::MAX_CPU)
         .filter(|cpu| set.is_set(*cpu))
         .collect()
-}
-
-/// The real machine's record, where it is there; it is never part of the repository.
-pub fn machine_record() -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/emps-pulses.csv");
-    path.exists().then_some(path)
 }

@@ -449,15 +449,3 @@ fn text(value: &Value) -> &str {
 fn list(value: &Value) -> &[Value] {
     value.as_array().expect("a list")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::repeats;
-
-    #[test]
-    fn only_what_name_and_type_lack_is_described() {
-        assert!(repeats("State of the rig.", "state [RigState](#rigstate)"));
-        assert!(repeats("It was a dry run.", "dry_run (boolean)"));
-        assert!(!repeats("State of the daemon.", "state [RigState](#rigstate)"));
-    }
-}

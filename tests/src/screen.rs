@@ -243,11 +243,6 @@ impl Panel {
         };
         threads.flatten().filter_map(of_thread).sum::<f64>() * 1e-9
     }
-
-    /// Whether it has ended by itself.
-    pub fn has_ended(&mut self) -> bool {
-        self.0.try_wait().expect("it is ours").is_some()
-    }
 }
 
 impl Drop for Panel {

@@ -6,9 +6,6 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
-
-use crate::PATIENCE;
 
 /// Of the firmware's own watchdog, s; it counts whole milliseconds.
 pub const WATCHDOG_S: f64 = 0.050;
@@ -213,19 +210,6 @@ impl SimulatedRig {
         let mut line = String::new();
         self.answers.read_line(&mut line).expect("it answers");
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{line}: {error}"))
-    }
-
-    /// Asks for the statistics until they are as wanted.
-    pub fn wait_for(&mut self, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
-        let began = Instant::now();
-        loop {
-            let stats = self.stats();
-            if wanted(&stats) {
-                return stats;
-            }
-            assert!(began.elapsed() < PATIENCE, "waited in vain for {what}: {stats}");
-            self.live(0.005);
-        }
     }
 
     /// Lets some of its own time go by, s; returns the statistics.

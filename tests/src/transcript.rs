@@ -355,17 +355,4 @@ mod tests {
             matches(&before, &otherwise, "").expect_err(&otherwise.to_string());
         }
     }
-
-    #[test]
-    fn a_transcript_reads_as_it_is_described() {
-        let text = "# remark\n\n! --rate 100\nF a.toml x\\ny\nC {\"id\":1}<3 spaces>\nSW {\"id\":1}\n";
-        let read = Transcript::parse(text);
-        assert_eq!(read.arguments, ["--rate", "100"]);
-        assert_eq!(read.files, [("a.toml".to_owned(), "x\ny".to_owned())]);
-        assert_eq!(
-            read.lines[0],
-            (String::new(), Message::Client("{\"id\":1}   ".to_owned()), 5)
-        );
-        assert_eq!(read.lines[1], ("W".to_owned(), Message::Server(json!({"id":1})), 6));
-    }
 }

@@ -5,10 +5,7 @@ mod attacks;
 mod firmware_ports;
 mod firmware_rendering;
 mod machines;
-mod processor_share;
 mod real_time_claims;
-mod rt_purity;
-mod timed;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

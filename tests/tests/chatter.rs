@@ -2,8 +2,8 @@
 
 use haptic_core::scene::Coupling;
 use haptic_ipc::{
-    AdviceReply, ChangeOptions, ChangeReply, Envelope, ErrorCode, Request, RigState, SceneListReply, SceneRef,
-    SceneReply, StateReply, Status, WireError,
+    AdviceReply, ChangeOptions, ChangeReply, Envelope, ErrorCode, Request, RigState, SceneRef, SceneReply, StateReply,
+    Status, WireError,
 };
 use system_tests::fake_rig::FakeRig;
 use system_tests::{Daemon, LIGHT_BLOCK, PAPER_SCENE, refused, status, stderr, text, timed, wait_for, wait_for_state};
@@ -102,35 +102,6 @@ fn a_scene_that_would_chatter_is_not_engaged() {
     let error = refused(&mut client, Request::engage());
     let proposed = error.max.expect("a stiffness");
     daemon.ctl_ok(&["set", &format!("stiffness={proposed}")]);
-    let _: StateReply = client.request(Request::engage()).expect("it is calm");
-}
-
-#[test]
-fn a_surface_that_leaves_its_coupling_to_the_rig_has_a_calm_one() {
-    let daemon = Daemon::start(&LIGHT);
-    let mut client = daemon.client();
-    let directory = tempfile::tempdir().expect("a directory");
-    let file = directory.path().join("surface.toml");
-    std::fs::write(&file, include_str!("../../scenes/high-stiction.toml")).expect("it can be written");
-    let file = file.to_string_lossy();
-    daemon.ctl_ok(&["scene", "save", "kept", "--scene", &file]);
-    for scene in ["high-stiction", &file, "kept"] {
-        daemon.ctl_ok(&["scene", "load", "light-block"]);
-        daemon.ctl_ok(&["set", "K=700"]);
-        daemon.ctl_ok(&["scene", "load", scene]);
-        let reply: SceneReply = client.request(Request::Get { scene: None }).expect("a scene");
-        assert_eq!(reply.scene.coupling, Some(Coupling::CALM), "{scene}");
-    }
-    // What was saved still leaves it to the rig.
-    let saved = daemon.ctl_ok(&["--json", "scene", "list"]);
-    let saved: SceneListReply = serde_json::from_str(&saved).expect("a list");
-    let path = saved
-        .scenes
-        .into_iter()
-        .find_map(|scene| scene.path)
-        .expect("one was saved");
-    let text = std::fs::read_to_string(path).expect("it can be read");
-    assert!(text.contains("coupling = \"rig\""), "{text}");
     let _: StateReply = client.request(Request::engage()).expect("it is calm");
 }
 

@@ -241,20 +241,6 @@ fn refused_commissioning_or_identification_takes_no_force_away() {
 
 // hazard: H13
 #[test]
-fn with_uncommissioned_in_the_configuration_any_rig_engages() {
-    let rig = FakeRig::start(&OWN);
-    let directory = tempfile::tempdir().expect("a directory");
-    let path = directory.path().join("hapticd.toml");
-    std::fs::write(&path, "uncommissioned = true\n").expect("written");
-    let (_daemon, mut client) = daemon(&rig, &["--config", path.to_str().expect("a plain path")]);
-    assert_eq!(status(&mut client).device.engage_refused, []);
-    let _: StateReply = client
-        .request(Request::Engage { anyway: true })
-        .expect("nothing is in the way");
-}
-
-// hazard: H13
-#[test]
 fn a_failed_save_is_reported_and_leaves_the_rig_uncommissioned() {
     let directory = tempfile::tempdir().expect("a directory");
     // A file stands where the directory should be: not even root can write there.
@@ -285,21 +271,6 @@ fn a_failed_save_is_reported_and_leaves_the_rig_uncommissioned() {
         error.message.contains(state) && error.message.contains("--state-dir"),
         "{error}"
     );
-}
-
-// hazard: H9
-#[test]
-fn missing_or_long_watchdog_engages_only_when_allowed() {
-    let rig = FakeRig::start(&["--watchdog-ms", "1000"]);
-    let (strict, mut client) = daemon(&rig, &[]);
-    let error = refused(&mut client, Request::engage());
-    assert_eq!((error.code, error.max), (ErrorCode::NoWatchdog, Some(200.0)), "{error}");
-    for part in ["watchdog_ms = 1000 ms", "from 1 to 200 ms", "--allow-no-watchdog"] {
-        assert!(error.message.contains(part), "{error} lacks {part}");
-    }
-    drop((strict, client));
-    let (_lenient, mut client) = daemon(&rig, &["--allow-no-watchdog", "--uncommissioned"]);
-    let _: StateReply = client.request(Request::Engage { anyway: true }).expect("it is allowed");
 }
 
 fn on_a_terminal(daemon: &Daemon, arguments: &[&str]) -> Terminal {

@@ -1,72 +1,13 @@
 //! `haptic-ctl compare` and `surface`, and the example that goes from a real surface to its rendering and back.
 
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
-use system_tests::{binary, ctl_offline_refused, stderr, text};
+use system_tests::{binary, stderr, text};
 
 fn json(path: &Path) -> Value {
     let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-fn scene(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name)
-}
-
-#[test]
-fn what_cannot_be_compared_is_refused_with_the_reason() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let line = |name: &str, slope: f64| {
-        let rows: String = (0..3000)
-            .map(|k| f64::from(k) * 1e-3)
-            .map(|t| format!("{t},{},1\n", slope * t))
-            .collect();
-        let path = directory.path().join(name);
-        std::fs::write(&path, format!("t_s,position_m,force_N\n{rows}")).expect("written");
-        path.display().to_string()
-    };
-    let (there, back, still) = (line("there.csv", 0.02), line("back.csv", -0.02), line("still.csv", 0.0));
-    let without_force = directory.path().join("motion.csv").display().to_string();
-    std::fs::write(&without_force, "t_s,position_m\n0,0\n0.001,0.001\n").expect("written");
-    let simulate = format!("haptic-ctl simulate SCENE --motion {without_force}");
-    for (arguments, code, part) in [
-        (vec![&*without_force], 2, "no force column among"),
-        (vec![&without_force], 2, simulate.as_str()),
-        (vec![&*back], 1, "no motion in common"),
-        (vec![&still], 1, "the rendered record holds no motion"),
-        (vec![&back, "--align", "time"], 1, "--align velocity"),
-        (vec![&there, "--plot", "plot.png"], 2, ".svg or .html"),
-        (vec![&there, "--mass=-1"], 2, "mass = -1 kg"),
-        (vec!["/nonexistent.csv"], 2, "/nonexistent.csv"),
-        (vec![&back, "--json"], 1, "not_comparable"),
-    ] {
-        ctl_offline_refused(&[&["compare", &there], &arguments[..]].concat(), code, &[part]);
-    }
-}
-
-#[test]
-fn a_surface_needs_a_block_and_sensible_sensors() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let out = directory.path().join("real.csv").display().to_string();
-    let (on_device, with_block) = (
-        scene("stuck-spring-on-the-device.toml").display().to_string(),
-        scene("aluminium-on-teflon.toml").display().to_string(),
-    );
-    for (arguments, part) in [
-        (vec!["surface", &on_device, "--out", &out], "no block"),
-        (
-            vec!["surface", &with_block, "--out", &out, "--noise", "-1"],
-            "noise = -1 N",
-        ),
-        (
-            vec!["surface", &with_block, "--out", &out, "--mass", "0"],
-            "mass = 0 kg",
-        ),
-    ] {
-        ctl_offline_refused(&arguments, 2, &[part]);
-        assert!(!Path::new(&out).exists());
-    }
 }
 
 /// Aluminium on Teflon: what docs/how-to/identify.md claims of it.

@@ -1,10 +1,8 @@
 //! The control plane of a running daemon, beside what the transcripts of whole conversations show.
 
-use haptic_ipc::{
-    ChangeOptions, ChangeReply, Changes, Client, ErrorCode, MAX_LINE_BYTES, Request, RigState, SceneReply,
-};
+use haptic_ipc::{ChangeReply, Changes, Client, ErrorCode, MAX_LINE_BYTES, Request, SceneReply};
 use serde_json::Value;
-use system_tests::{Daemon, engage, journal, refused, status, wait_for};
+use system_tests::{Daemon, journal, refused, status, wait_for};
 
 fn set(changes: &[(&str, f64)]) -> Request {
     Request::set(changes.iter().copied().collect::<Changes>())
@@ -44,19 +42,6 @@ fn line_of_exactly_the_limit_is_served_and_no_longer_one() {
 }
 
 #[test]
-fn a_reset_asked_before_a_stop_does_not_clear_it() {
-    let daemon = Daemon::start(&[]);
-    let mut raw = daemon.raw();
-    for _ in 0..20 {
-        let _ = raw.ask(r#"{"id":1,"op":"stop"}"#);
-        raw.send("{\"id\":2,\"op\":\"reset\"}\n{\"id\":3,\"op\":\"engage\"}\n{\"id\":4,\"op\":\"stop\"}\n");
-        let answers = [raw.line(), raw.line(), raw.line()];
-        assert_eq!(answers[2]["ok"]["state"], "stopped", "{answers:?}");
-        assert_eq!(status(&mut daemon.client()).state, RigState::Stopped, "{answers:?}");
-    }
-}
-
-#[test]
 fn journal_names_who_changed_and_took_back_what() {
     let daemon = Daemon::start(&[]);
     let (mut ada, mut bob) = (daemon.client(), daemon.client());
@@ -84,63 +69,6 @@ fn journal_names_who_changed_and_took_back_what() {
     let written: Vec<String> = entries[0].changes.iter().map(ToString::to_string).collect();
     assert_eq!(written, ["mass: 0.5 kg -> 1.5 kg", "static_force: 4 N -> +5 -4 N"]);
     assert!(entries.windows(2).all(|pair| pair[0].seq + 1 == pair[1].seq));
-}
-
-#[test]
-fn setting_the_current_value_is_a_no_op() {
-    let daemon = Daemon::start(&[]);
-    let mut client = daemon.client();
-    change(&mut client, set(&[("M", 1.5)]));
-    change(&mut client, set(&[("Fs", 5.0)]));
-    change(&mut client, Request::undo());
-    for nothing in [set(&[("M", 1.5)]), set(&[])] {
-        let reply = change(&mut client, nothing);
-        assert_eq!((reply.revision, reply.changes.len()), (4, 0));
-        assert_eq!((reply.changed, reply.tick), (false, None), "no tick has rendered it");
-    }
-    assert_eq!(journal(&mut client).len(), 3);
-    let redone = change(&mut client, Request::redo());
-    assert_eq!((redone.revision, redone.applied["static_force"]), (5, 5.0));
-    // A ramp that is still going is cut short by the same value at once. Without force there is none.
-    engage(&mut client);
-    let slowly = Request::Set {
-        params: [("M", 3.0)].into_iter().collect(),
-        merge: false,
-        options: ChangeOptions {
-            ramp_ms: Some(10_000.0),
-            ..ChangeOptions::default()
-        },
-    };
-    change(&mut client, slowly);
-    assert_eq!(change(&mut client, set(&[("M", 3.0)])).revision, 7);
-}
-
-#[test]
-fn thousand_pipelined_changes_are_answered_in_order() {
-    let daemon = Daemon::start(&[]);
-    let mut raw = daemon.raw();
-    let mut client = daemon.client();
-    let mut last_tick = 0;
-    for burst in 0..20 {
-        let ids = 50 * burst..50 * (burst + 1);
-        let line = |id: i32| {
-            let mass = 1.0 + 0.01 * f64::from(id);
-            format!("{{\"id\":{id},\"op\":\"set\",\"params\":{{\"M\":{mass}}}}}\n")
-        };
-        raw.send(ids.clone().map(line).collect::<String>());
-        for id in ids {
-            let answer = raw.line();
-            assert_eq!(
-                (&answer["id"], &answer["ok"]["revision"]),
-                (&id.into(), &(id + 2).into())
-            );
-            let tick = answer["ok"]["tick"].as_u64().expect("it was rendered");
-            assert!(tick >= last_tick);
-            last_tick = tick;
-        }
-    }
-    assert!((mass(&mut client) - 10.99).abs() < 1e-12);
-    assert_eq!(journal(&mut client).len(), 1000);
 }
 
 #[test]

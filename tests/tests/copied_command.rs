@@ -71,21 +71,3 @@ fn copied_commands_lead_another_daemon_to_the_same_scene() {
     assert_ne!(wanted, begin);
     assert_eq!(scene(&mut other), wanted, "{commands:?}");
 }
-
-#[test]
-fn copied_command_restores_other_law_by_its_revision() {
-    let daemon = Daemon::start(&[]);
-    let mut client = daemon.client();
-    let wanted = scene(&mut client).with_law("dahl").expect("a law").expect("a scene");
-    let load = Request::SceneLoad {
-        scene: SceneRef::from(wanted.clone()),
-        options: ChangeOptions::default(),
-    };
-    client.request::<ChangeReply>(load).expect("loaded");
-    let commands = copied(&mut client);
-    set(&mut client, &[("mass", 1.25)], None);
-    assert_ne!(scene(&mut client), wanted);
-    assert_eq!(commands.len(), 1, "{commands:?}");
-    run(&commands[0], daemon.socket());
-    assert_eq!(scene(&mut client), wanted, "{commands:?}");
-}

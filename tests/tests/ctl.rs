@@ -94,12 +94,9 @@ fn refusals_name_what_was_typed_and_what_was_meant() {
     for (line, code, named) in [
         ("set mass=-1", 1, "0.000001 to 100 kg"),
         ("set masss=1", 1, "did you mean `mass`"),
-        ("set weight=1", 1, "did you mean `mass`?"),
-        ("set stiction=5", 1, "did you mean `Fs`?"),
         ("set mass=1 --ramp 20s", 1, "--ramp = 20000 ms"),
         ("set mass=1 --if-revision 7", 1, "--if-revision = 7"),
         ("get min", 1, "did you mean `mine`?"),
-        ("get ice", 1, "there are simulated-friction, no-friction"),
         ("scene save mine", 1, "`--replace`"),
         ("scene load viscus-drag", 1, "did you mean `viscous-drag`"),
         ("scene load @99", 1, "revision 99 is unknown"),
@@ -111,29 +108,14 @@ fn refusals_name_what_was_typed_and_what_was_meant() {
         ("scene load missing.toml", 2, "missing.toml"),
         ("set", 2, "NAME=VALUE"),
         ("set mass", 2, "NAME=VALUE"),
-        ("set mass=NaN", 2, "not a finite number"),
         ("set mass=5N", 2, "mass is in kg, g or mg"),
-        ("set mass=1kgs", 2, "did you mean `kg`?"),
-        ("set K=25,000", 2, "decimal point"),
         ("set mass=1 --ramp 50", 2, "50ms"),
-        ("set mass=1 --ramp -50ms", 2, "`-50ms` is negative"),
         ("fly", 2, "fly"),
         ("stauts", 2, "'status'"),
-        ("scene lod", 2, "'load'"),
         ("load mine", 2, "'scene load'"),
         ("scene", 2, "subcommand"),
         ("log --rate all", 2, "--follow"),
-        ("log -f sampels", 2, "'samples'"),
         ("wait --until engaged", 2, "write state=engaged"),
-        ("wait --until mas=1", 2, "did you mean `mass`?"),
-        (
-            "wait --until devic_position_m>1",
-            2,
-            "did you mean `device_position_m`?",
-        ),
-        ("wait --until law=karnop", 2, "did you mean `karnopp`?"),
-        ("wait --until colour=red", 2, "device_position_m"),
-        ("wait --until state=asleep", 2, "disconnected, idle, engaging"),
         ("record x.mcap --format csv", 2, "--format is for `-`"),
         ("record nothing.mcap --for 0s", 2, "--for = 0 s"),
     ] {
@@ -161,19 +143,6 @@ fn refusals_name_what_was_typed_and_what_was_meant() {
     let printed = ctl_offline_refused(&["status", "--json"], 3, &nobody);
     let error: Value = serde_json::from_str(&printed).expect("errors have a JSON form too");
     assert_eq!(error["error"]["code"], "no_daemon");
-    for (option, wrong, meant) in [
-        ("--device", "serail:/dev/null", "serial"),
-        ("--device", "odrve:/dev/null", "odrive"),
-        ("--velocity", "lowpass", "low-pass"),
-        ("--scheme", "implict", "implicit"),
-        ("--hand", "sien", "sine"),
-    ] {
-        let output = Command::new(binary("hapticd"))
-            .args([option, wrong])
-            .output()
-            .expect("hapticd starts");
-        is_refused(wrong, &output, 2, &[&format!("did you mean `{meant}`?")]);
-    }
 }
 
 #[test]

@@ -95,38 +95,3 @@ fn schedule_file_is_awaited_and_kept_one_cancelled_by_name() {
     daemon.ctl_refused(&["schedule", "cancel", "later"], 1, "");
     daemon.ctl_refused(&["set", "b=9", "--at-tick", "1"], 1, "at_tick = 1 is out of range");
 }
-
-#[test]
-fn set_scales_and_adds_and_scenes_are_renamed_and_deleted() {
-    let daemon = Daemon::start(&[]);
-    let reply = daemon.ctl_json(&["set", "mass*=3", "Fs+*=2"]);
-    let applied = &reply["applied"];
-    assert_eq!(
-        (&applied["mass"], &applied["static_force+"]),
-        (&1.5.into(), &8.0.into())
-    );
-    let reply = daemon.ctl_json(&["set", "--by", "Fs-=500mN"]);
-    assert_eq!(reply["applied"]["static_force-"], 4.5);
-    for (name, value) in [("mass", "1.5 kg"), ("Fs", "+8 -4.5 N"), ("Fs-", "4.5 N")] {
-        assert_eq!(daemon.ctl_ok(&["get", name]).trim_end(), value);
-    }
-    let one = json!({"param": "static_force+", "value": 8.0, "unit": "N"});
-    assert_eq!(daemon.ctl_json(&["get", "Fs+"]), one);
-    daemon.ctl_refused(&["get", "sigma0"], 1, "the scene has no");
-    daemon.ctl_refused(&["set", "mass+=1"], 2, "--by mass=VALUE");
-    let printed = daemon.ctl_ok(&["set", "mass=1.5"]);
-    assert!(printed.starts_with("nothing changes, revision 3 stays"), "{printed}");
-
-    daemon.ctl_ok(&["scene", "save", "other"]);
-    daemon.ctl_ok(&["scene", "save", "mine"]);
-    daemon.ctl_refused(&["scene", "rename", "mine", "other"], 1, "already has a scene `other`");
-    daemon.ctl_ok(&["scene", "rename", "mine", "other", "--replace"]);
-    daemon.ctl_ok(&["set", "mass=2"]);
-    let shown = daemon.ctl_ok(&["status"]);
-    assert!(shown.contains("from other of the library, changed since"), "{shown}");
-    daemon.ctl_refused(&["scene", "delete", "mine"], 1, "there is no scene `mine`");
-    daemon.ctl_ok(&["scene", "delete", "other"]);
-    let shown = daemon.ctl_ok(&["status"]);
-    assert!(!shown.contains("of the library"), "{shown}");
-    daemon.ctl_refused(&["scene", "rename", "lugre", "mine"], 1, "built in");
-}

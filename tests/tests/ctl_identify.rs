@@ -128,25 +128,3 @@ fn what_cannot_be_determined_is_refused_by_name_and_ends_with_1() {
     );
     assert!(!Path::new(scene).exists(), "no scene of half a surface");
 }
-
-#[test]
-fn wrong_file_or_column_is_usage_error_and_keeps_input() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let file = directory.path().join("wrong.csv");
-    std::fs::write(&file, "t_s,position_m,force_N\n0,0,1\n0.001,zero,1\n").expect("written");
-    let file = file.to_str().expect("text");
-    for (arguments, part) in [
-        (vec![file], "line 3: position_m = `zero`"),
-        (vec![file, "--force-column", "load"], "no force column"),
-        (vec![file, "--out", file], "written over"),
-        (vec!["missing.csv"], "missing.csv"),
-        (vec![], "FILE"),
-        (vec![file, "--run"], "--run"),
-        (vec![file, "--moving", "device"], "--moving"),
-        (vec![file, "--chirp-s", "3"], "--chirp-s"),
-        (vec!["--rig", "--mass", "1"], "--mass"),
-        (vec!["--run", "--range-mm", "nan"], "--range-mm"),
-    ] {
-        is_refused(&format!("{arguments:?}"), &identify(&arguments), 2, &[part]);
-    }
-}

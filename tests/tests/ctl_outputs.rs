@@ -75,28 +75,6 @@ fn a_name_that_cannot_be_is_wrong_usage_and_a_full_disk_is_not() {
 }
 
 #[test]
-fn unreadable_motion_and_failed_repair_give_plain_errors() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let (_, out) = file(directory.path(), "out.csv");
-    let scene = format!("{ROOT}/scenes/lugre.toml");
-    for (name, bytes, why) in [
-        ("picture.png", &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "not a table"),
-        ("empty.csv", b"", "the file is empty"),
-    ] {
-        let (path, motion) = file(directory.path(), name);
-        std::fs::write(path, bytes).expect("written");
-        let simulate = ["simulate", &scene, "--motion", &motion, "--out", &out];
-        ctl_offline_refused(&simulate, 2, &[&format!("{name}: {why}")]);
-    }
-    // A Parquet file that lost its end, and what stood beside it.
-    let (path, torn) = file(directory.path(), "torn.parquet");
-    std::fs::write(path, b"PAR1 and some rows").expect("written");
-    let message = ctl_offline_refused(&["recording", "repair", &torn, &out], 2, &["torn.parquet"]);
-    assert!(!message.contains("recording repair"), "{message}");
-    ctl_offline_refused(&["recording", "export", &torn, &out], 2, &["recording repair"]);
-}
-
-#[test]
 fn a_recording_goes_to_standard_output_and_ends_with_its_reader() {
     let daemon = Daemon::start(&[]);
     let directory = tempfile::tempdir().expect("a directory");

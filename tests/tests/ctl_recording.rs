@@ -1,7 +1,6 @@
 //! `haptic-ctl recording`: what it says of a recording that a daemon has made, and what it makes of one. That every
 //! format holds the same, and what a cut and a repair keep, the tests of haptic-recording show.
 
-use haptic_recording::{Ending, Mark};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 use std::io::Write;
@@ -85,91 +84,5 @@ fn info_tells_what_a_recording_holds() {
         &["recording", "info", "/nowhere.mcap"],
         2,
         &["/nowhere.mcap", "No such file"],
-    );
-}
-
-#[test]
-fn a_part_is_cut_by_markers_and_times() {
-    let folder = tempfile::tempdir().expect("a directory");
-    let file = session(folder.path());
-    let (path, whole) = (plain(&file), read(&file));
-    let place = |text: &str| {
-        let is_it = |(_, mark): &&(usize, Mark)| matches!(mark, Mark::Marker { text: found, .. } if found == text);
-        whole.marks.iter().find(is_it).expect("a marker").0
-    };
-    let at = |t_s: f64| {
-        whole
-            .rows
-            .partition_point(|row| row.t_s - whole.rows[0].t_s < t_s - 5e-6)
-    };
-    let out = folder.path().join("part.csv");
-    for (arguments, rows) in [
-        (
-            ["--from-marker", "second", "--to-marker", "third"],
-            place("second")..place("third"),
-        ),
-        (["--from", "3ms", "--to", "12ms"], at(0.003)..at(0.012)),
-    ] {
-        let cut = [&["recording", "cut", path, plain(&out), "--force"], &arguments[..]].concat();
-        let report = ctl_offline_json(&cut);
-        let part = read(&out);
-        assert_eq!(part.rows, whole.rows[rows.clone()], "{arguments:?}");
-        assert_eq!((&report["rows"], part.ending), (&rows.len().into(), Ending::Complete));
-    }
-    let nothing = folder.path().join("nothing.csv");
-    for (arguments, part) in [
-        (["--from-marker", "fourth"].as_slice(), "`first`, `second`, `third`"),
-        (&["--from", "1h"], "is within the cut"),
-        (&["--from", "2s", "--to", "1s"], "begins at 2.000 s"),
-        (
-            &["--from-marker", "third", "--to-marker", "first"],
-            "the end must come after",
-        ),
-        (&["--from", "2s", "--from-marker", "first"], "cannot be used with"),
-    ] {
-        ctl_offline_refused(
-            &[&["recording", "cut", path, plain(&nothing)], arguments].concat(),
-            2,
-            &[part],
-        );
-        assert!(!nothing.exists(), "{arguments:?}");
-    }
-}
-
-#[test]
-fn what_can_be_read_is_kept_by_a_repair() {
-    let folder = tempfile::tempdir().expect("a directory");
-    let file = session(folder.path());
-    let whole = read(&file);
-    let csv = std::fs::read_to_string(&file).expect("text");
-    let lines: Vec<&str> = csv.lines().collect();
-    let is_row = |index: &usize| !lines[*index].starts_with('#');
-    let half = (lines.len() / 2..).find(is_row).expect("a row");
-    let before: usize = lines[..half].iter().map(|line| line.len() + 1).sum();
-    let (broken, out) = (folder.path().join("broken.csv"), folder.path().join("repaired.csv"));
-    std::fs::write(&broken, format!("{}x{}", &csv[..before], &csv[before..])).expect("written");
-    let (broken, out) = (plain(&broken), plain(&out));
-    for reads in [
-        &["recording", "export", broken, out][..],
-        &["recording", "info", broken],
-        &["identify", broken],
-    ] {
-        ctl_offline_refused(reads, 2, &["broken.csv", "is not a row", "recording repair"]);
-        assert!(!Path::new(out).exists(), "half of a recording is not one");
-    }
-    ctl_offline_refused(&["replay", broken], 1, &["recording repair"]);
-    let report = ctl_offline_json(&["recording", "repair", broken, out]);
-    assert!(
-        report["dropped_bytes"].as_u64().is_some_and(|bytes| bytes > 50),
-        "{report}"
-    );
-    let found = read(Path::new(out));
-    assert_eq!(
-        (found.rows.len(), found.ending),
-        (whole.rows.len() - 1, Ending::Complete)
-    );
-    assert!(
-        found.marks.iter().any(|(_, mark)| *mark == Mark::Lost { rows: 1 }),
-        "{report}"
     );
 }

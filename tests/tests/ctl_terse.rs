@@ -1,9 +1,7 @@
 //! What haptic-ctl prints, and no more: advice, `--quiet`, what is followed, and which scene was meant.
 
 use serde_json::Value;
-use std::path::Path;
-use std::process::Command;
-use system_tests::{Daemon, binary, ctl_offline_refused, stderr, text};
+use system_tests::{Daemon, stderr, text};
 
 fn parsed(line: &str) -> Value {
     serde_json::from_str(line).unwrap_or_else(|error| panic!("{line}: {error}"))
@@ -94,55 +92,4 @@ fn log_follows_states_entries_samples_and_timing() {
             .clone()
             .all(|sample| sample["tick"].is_u64() && sample["dropped"] == 0)
     );
-}
-
-#[test]
-fn a_scene_to_simulate_is_named_as_everywhere() {
-    let daemon = Daemon::start(&[]);
-    daemon.ctl_ok(&["set", "mass=3"]);
-    daemon.ctl_ok(&["scene", "save", "mine"]);
-    let directory = tempfile::tempdir().expect("a directory");
-    let motion = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../crates/haptic-core/tests/data/reference/paper.csv"
-    );
-    let simulate = |socket: &Path, scene: &str| {
-        let output = Command::new(binary("haptic-ctl"))
-            .args([
-                "simulate", scene, "--motion", motion, "--out", "o.csv", "--force", "--socket",
-            ])
-            .arg(socket)
-            .current_dir(directory.path())
-            .output()
-            .expect("haptic-ctl starts");
-        (output.status.code(), text(&output.stdout) + &stderr(&output))
-    };
-    let nobody = Path::new("/nonexistent/control.sock");
-    let (code, printed) = simulate(nobody, "lugre");
-    assert!(
-        code == Some(0) && printed.contains("LuGre"),
-        "a built-in scene needs no daemon: {printed}"
-    );
-    let (code, printed) = simulate(nobody, "mine");
-    assert!(
-        code == Some(2) && printed.contains("no daemon is there to ask for it"),
-        "{printed}"
-    );
-    let rows = |scene: &str| {
-        let (code, printed) = simulate(daemon.socket(), scene);
-        assert_eq!(code, Some(0), "{scene}: {printed}");
-        (std::fs::read(directory.path().join("o.csv")).expect("rows"), printed)
-    };
-    let (mine, _) = rows("mine");
-    assert_eq!(mine, rows("@2").0, "the revision that was saved");
-    assert_ne!(mine, rows("@1").0);
-    // A file of the same name.
-    std::fs::write(directory.path().join("mine"), daemon.ctl_ok(&["scene", "show", "@1"])).expect("written");
-    let (still, printed) = rows("mine");
-    assert!(
-        still == mine && printed.contains("for the file write ./mine"),
-        "{printed}"
-    );
-    assert_eq!(rows("./mine").0, rows("@1").0);
-    ctl_offline_refused(&["simulate", "./no", "--motion", motion, "--out", "/tmp/o.csv"], 2, &[]);
 }

@@ -4,7 +4,6 @@ use haptic_ipc::RigState;
 use rustix::process::{Signal, kill_process};
 use std::path::Path;
 use std::process::Command;
-use system_tests::relay::Relay;
 use system_tests::terminal::Terminal;
 use system_tests::{Daemon, binary, bring_to, journal, process, status, wait_for_state};
 
@@ -106,29 +105,6 @@ fn a_change_of_the_terminals_size_swallows_no_key() {
             wait_for_state(&mut client, state);
         }
     }
-}
-
-#[test]
-fn what_was_wished_for_before_a_stop_is_void_after_it() {
-    let daemon = Daemon::start(&["--ramp-ms", "10"]);
-    let mut client = daemon.client();
-    let directory = tempfile::tempdir().expect("a directory");
-    let socket = directory.path().join("control.sock");
-    let relay = Relay::start(&socket, daemon.socket());
-    let mut top = top_at(&socket, "");
-    // A daemon that is slow to answer: both wishes wait behind its status, and the stop overtakes them.
-    relay.keep_back(r#""status""#);
-    relay.wait_for_one();
-    top.type_in("Re ");
-    wait_for_state(&mut client, RigState::Stopped);
-    relay.release();
-    top.wait_for("the stop", |screen| screen.contains("STOPPED"));
-    // What is wished for now comes after all that waited.
-    top.type_in("R");
-    wait_for_state(&mut client, RigState::Idle);
-    let passed = relay.passed();
-    let of = |operation: &str| passed.iter().filter(|line| line.contains(operation)).count();
-    assert_eq!((of(r#""reset""#), of(r#""engage""#)), (1, 0), "{passed:?}");
 }
 
 #[test]

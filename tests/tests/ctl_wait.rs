@@ -113,19 +113,6 @@ fn whoever_waits_on_a_hung_daemon_is_told() {
 }
 
 #[test]
-fn a_condition_that_holds_already_needs_no_time() {
-    let daemon = Daemon::start(&[]);
-    daemon.ctl_ok(&[
-        "wait",
-        "--until",
-        "state=idle and mass=500g and t_s>0ms",
-        "--timeout",
-        "0s",
-    ]);
-    daemon.ctl_refused(&["wait", "--until", "device_position_m>1m", "--timeout", "0s"], 5, "");
-}
-
-#[test]
 fn engage_and_release_wait_for_the_end_of_their_ramps() {
     // Long enough that none is over before haptic-ctl waits for its end.
     let daemon = Daemon::start(&["--ramp-ms", "1000"]);

@@ -45,37 +45,6 @@ fn the_one_in_python_is_short_and_drives_the_rig() {
 }
 
 #[test]
-fn the_one_in_python_is_a_module_that_tells_why_it_is_refused() {
-    if !test_run::has(&["python3"]) {
-        return;
-    }
-    let daemon = Daemon::start(&[]);
-    let mut python = Command::new("python3");
-    let program = "
-import sys
-from client import Hapticd, Refused
-rig = Hapticd(sys.argv[1])
-rig.request('subscribe', topics=['samples'])
-try:
-    rig.request('set', params={'mass': -1})
-except Refused as refused:
-    print(refused.error['code'], refused.error['max'], refused)
-ticks = [row[0] for _, event in zip(range(20), rig.events()) for row in event['rows']]
-print('in order' if ticks == list(range(ticks[0], ticks[0] + len(ticks))) else ticks)
-";
-    python
-        .args(["-B", "-c", program])
-        .arg(daemon.socket())
-        .env("PYTHONPATH", example(""));
-    let printed = printed(&run(python));
-    assert!(
-        printed.starts_with("out_of_range 100.0 mass = -1 kg is out of range"),
-        "{printed}"
-    );
-    assert!(printed.ends_with("in order\n"), "{printed}");
-}
-
-#[test]
 fn the_one_for_the_shell_drives_the_rig_and_says_why_it_cannot() {
     if !test_run::has(&["bash", "socat", "jq"]) {
         return;
@@ -99,50 +68,4 @@ fn the_one_for_the_shell_drives_the_rig_and_says_why_it_cannot() {
         message.contains("refused: stopped: ") && message.contains("reset"),
         "{message}"
     );
-}
-
-#[test]
-fn without_a_daemon_each_says_so_in_one_line() {
-    let nowhere = Path::new("/nonexistent/control.sock");
-    for (program, name) in [("python3", "client.py"), ("bash", "client.sh")] {
-        if !test_run::has(&[program]) {
-            continue;
-        }
-        let mut command = Command::new(program);
-        command.arg(example(name)).arg(nowhere);
-        let output = run(command);
-        assert_eq!(output.status.code(), Some(1));
-        let message = stderr(&output);
-        assert!(
-            message.starts_with("hapticd at /nonexistent/control.sock") && message.lines().count() == 1,
-            "{message}"
-        );
-    }
-}
-
-#[test]
-fn each_looks_where_the_command_line_looks() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let daemon = Daemon::start_at(&directory.path().join("hapticd/control.sock"), &["--ramp-ms", "20"]);
-    for (programs, name) in [(&["python3"][..], "client.py"), (&["bash", "socat", "jq"], "client.sh")] {
-        if !test_run::has(programs) {
-            continue;
-        }
-        for (variable, value) in [
-            ("XDG_RUNTIME_DIR", directory.path()),
-            ("HAPTICD_SOCKET", daemon.socket()),
-        ] {
-            let mut command = Command::new(programs[0]);
-            command
-                .arg(example(name))
-                .env_remove("XDG_RUNTIME_DIR")
-                .env_remove("HAPTICD_SOCKET");
-            command.env(variable, value);
-            assert!(
-                printed(&run(command)).contains("the rig is stopped"),
-                "{name} by {variable}"
-            );
-            daemon.ctl_ok(&["reset"]);
-        }
-    }
 }

@@ -5,7 +5,6 @@ use haptic_ipc::{Client, ErrorCode, Event, HandReply, Request, Topic};
 use std::process::{Command, Stdio};
 use system_tests::fake_rig::FakeRig;
 use system_tests::process::Killed;
-use system_tests::screen::Screen;
 use system_tests::{Daemon, be_patient, binary, engage, refused, status, subscribe, until, until_some, wait_for};
 
 fn point(client: &mut Client, target_m: f64) -> HandReply {
@@ -67,39 +66,4 @@ fn a_daemon_ends_with_the_program_that_holds_its_input() {
     drop(daemon.stdin.take());
     let ended = until_some("it does not end", || daemon.try_wait().expect("it is a child"));
     assert!(ended.success(), "{ended:?}");
-}
-
-/// On the button that starts a fake rig, pixels.
-const START: (usize, usize) = (70, 222);
-
-/// On the strip, 25 mm right of its middle, pixels.
-const STRIP: (usize, usize) = (903, 704);
-
-#[test]
-fn a_panel_that_is_killed_takes_its_fake_rig_along() {
-    let Some(screen) = Screen::open() else { return };
-    let directory = tempfile::tempdir().expect("a directory");
-    let socket = directory.path().join("run/control.sock");
-    // The panel starts the one beside it.
-    assert!(binary("hapticd").exists());
-    let panel = screen.panel(&socket, &["--theme", "dark"]);
-    until("no rig", || {
-        // The window has yet to come, and to look for a daemon.
-        screen.press(START);
-        Client::connect(&socket).is_ok()
-    });
-    let mut client = Client::connect(&socket).expect("it serves");
-    assert!(status(&mut client).device.takes_hand);
-    let [x, y] = [STRIP.0, STRIP.1].map(|side| side.to_string());
-    let mut press_at_tick = 0;
-    wait_for(&mut client, "the handle at the pointer", |status| {
-        // The strip comes with the rig's first status: until then nothing is there to be pressed.
-        if status.tick >= press_at_tick {
-            screen.act(&["mouseup", "1", "mousemove", &x, &y, "mousedown", "1"]);
-            press_at_tick = status.tick + 500;
-        }
-        status.device_position_m > 0.02
-    });
-    drop(panel);
-    until("the rig outlives its panel", || Client::connect(&socket).is_err());
 }

@@ -6,10 +6,10 @@ use device_io::fake::{FakeRig, Hand, RigProperties};
 use haptic_core::velocity::{Estimator, Method};
 use haptic_core::{Excitation, OwnMotion};
 use haptic_ipc::{IdentificationReply, Peer};
+use haptic_lab::identify::Record;
 use haptic_lab::identify::cogging::{SweepSample, at_speed};
 use haptic_lab::identify::plan::Bounds;
 use haptic_lab::identify::rig_itself::{self, RigItself};
-use haptic_lab::identify::{ModelKind, Options, Record, identify};
 
 const PERIOD_NS: u64 = 1_000_000;
 
@@ -147,59 +147,4 @@ fn mass_friction_by_direction_and_cogging_of_a_rig_are_found() {
     is_within("period, m", cogging.cogging.period_m, 0.006, 0.005);
     // Against the positive axis: the plant's own force, the other way round.
     is_within("its sine, N", cogging.cogging.harmonics[0].sine, 0.25, 0.05);
-}
-
-#[test]
-fn breakaway_above_friction_gives_static_limits_not_cogging() {
-    let truth = RigProperties {
-        friction_n: 0.8,
-        breakaway_ratio: 1.4,
-        ..RigProperties::default()
-    };
-    let found = measured(truth);
-    println!("{found:#?}");
-    assert_eq!(found.cogging, None);
-    assert!(
-        found
-            .identified
-            .refused
-            .iter()
-            .any(|refusal| refusal.parameter == "cogging")
-    );
-    is_within("mass, kg", found.identified.mass_kg.expect("found"), 1.4, 0.02);
-    let dynamic = found.identified.dynamic_force_n.expect("found");
-    is_within("friction, N", dynamic.positive, 0.8, 0.02);
-    let limits = found.identified.static_force_n.expect("found");
-    is_within("static limit +, N", limits.positive, 1.12, 0.05);
-    is_within("static limit -, N", limits.negative, 1.12, 0.05);
-}
-
-#[test]
-fn identification_motions_find_stiffness_before_sliding() {
-    if !test_run::is_long_for("the stiffness before sliding, found by the motions of a run") {
-        return;
-    }
-    let truth = RigProperties {
-        friction_n: 2.0,
-        presliding_n_per_m: Some(2e4),
-        resolution_m: 1e-6,
-        ..RigProperties::default()
-    };
-    let mut rig = Loop::new(truth);
-    let bounds = Bounds::new(&of_rig(truth.resolution_m), None, None);
-    rig.excite(bounds.chirp(6.0, 1.0));
-    let ramps = rig.excite(bounds.ramps(1));
-    let breakaway_n = ramps.iter().map(|sample| sample.force_n.abs()).fold(0.0, f64::max);
-    rig.excite(bounds.strokes(breakaway_n));
-    let options = Options {
-        offset_n: Some(0.0),
-        ..Options::new(ModelKind::Dahl)
-    };
-    let found = identify(&rig.record, &options).expect("a usable record");
-    println!("{found:#?}");
-    is_within("mass, kg", found.mass_kg.expect("found"), 1.4, 0.03);
-    let dynamic = found.dynamic_force_n.expect("found");
-    is_within("friction +, N", dynamic.positive, 2.0, 0.03);
-    is_within("friction -, N", dynamic.negative, 2.0, 0.03);
-    is_within("stiffness, N/m", found.stiffness_n_per_m.expect("found"), 2e4, 0.1);
 }

@@ -1,9 +1,9 @@
 //! A lease: the rig is released when the client that holds it dies or falls silent.
 
-use haptic_ipc::{Client, LeaseReply, Request, RigState, StateChange, StateReply};
+use haptic_ipc::{Client, LeaseReply, Request, RigState, StateReply};
 use serde_json::json;
 use std::time::{Duration, Instant};
-use system_tests::{Daemon, LIGHT_BLOCK, journal, pause, stalled, status, until_some, wait_for, wait_for_state};
+use system_tests::{Daemon, journal, pause, stalled, status, wait_for, wait_for_state};
 
 fn lease(client: &mut Client, timeout_ms: u32) -> LeaseReply {
     client.request(Request::Lease { timeout_ms }).expect("a lease")
@@ -44,77 +44,15 @@ fn silent_client_releases_force_at_its_timeout_not_before() {
     wait_for_state(&mut watcher, RigState::Idle);
     assert_eq!(status(&mut watcher).leases, 0);
     assert_eq!(lapsed(&mut watcher), ["its client has fallen silent"]);
-}
-
-/// Releases in the journal, each with its message and whether a client asked for it, once there are so many.
-fn releases(client: &mut Client, count: usize) -> Vec<(Option<String>, bool)> {
-    until_some("waited in vain for a release", || {
-        let entries = journal(client);
-        let found = entries.iter().filter(|entry| entry.op == "release");
-        let found: Vec<_> = found.map(|entry| (entry.message.clone(), entry.by.is_some())).collect();
-        (found.len() >= count).then_some(found)
-    })
-}
-
-#[test]
-fn journal_attributes_release_to_lease_or_client_not_button() {
-    // A ramp that is shorter than a tick: force is gone from one tick to the next, as by an enable button.
-    let daemon = Daemon::start(&["--rate=100", "--ramp-ms=1", "--scene", LIGHT_BLOCK]);
-    let mut watcher = daemon.client();
-    let engage = |watcher: &mut Client| {
-        let _: StateReply = watcher.request(Request::engage()).expect("it is idle");
-        wait_for_state(watcher, RigState::Engaged);
-    };
-    let (mut dies, mut falls_silent) = (daemon.client(), daemon.client());
-    lease(&mut dies, 60_000);
-    engage(&mut watcher);
-    drop(dies);
-    releases(&mut watcher, 1);
-    // A lapse that finds no force is no release.
-    let mut idle = daemon.client();
-    lease(&mut idle, 60_000);
-    drop(idle);
-    wait_for(&mut watcher, "the lapse", |status| status.leases == 0);
-    engage(&mut watcher);
-    lease(&mut falls_silent, 100);
-    releases(&mut watcher, 2);
-    engage(&mut watcher);
-    let _: StateReply = watcher.request(Request::Release {}).expect("it is engaged");
-    wait_for_state(&mut watcher, RigState::Idle);
-    let of_lease = |why: &str| (Some(format!("a lease has lapsed: its client has {why}")), false);
+    let entries = journal(&mut watcher).into_iter();
+    let released: Vec<_> = entries
+        .filter(|entry| entry.op == "release")
+        .map(|entry| entry.message)
+        .collect();
     assert_eq!(
-        releases(&mut watcher, 3),
-        [
-            of_lease("closed the connection"),
-            of_lease("fallen silent"),
-            (None, true)
-        ]
+        released,
+        [Some("a lease has lapsed: its client has fallen silent".to_owned())]
     );
-    // Also where the loop has seen the lapse before the control side.
-    for entry in journal(&mut watcher).iter().filter(|entry| entry.op == "release") {
-        let change = StateChange {
-            before: RigState::Engaged,
-            after: RigState::Idle,
-        };
-        assert!(entry.tick.is_some() && entry.state == Some(change), "{entry:?}");
-    }
-}
-
-#[test]
-fn client_dying_while_subscribed_releases_force_at_once() {
-    let daemon = Daemon::start(&["--ramp-ms", "10"]);
-    let mut watcher = daemon.client();
-    for _ in 0..5 {
-        let mut holder = daemon.raw();
-        holder.send("{\"id\":1,\"op\":\"lease\",\"timeout_ms\":60000}\n");
-        holder.send("{\"id\":2,\"op\":\"subscribe\",\"topics\":[\"samples\"],\"batch_ms\":1}\n");
-        wait_for(&mut watcher, "its lease", |status| status.leases == 1);
-        let _: StateReply = watcher.request(Request::engage()).expect("it is idle");
-        wait_for_state(&mut watcher, RigState::Engaged);
-        drop(holder);
-        wait_for_state(&mut watcher, RigState::Idle);
-        assert_eq!(status(&mut watcher).leases, 0);
-    }
 }
 
 // hazard: F4, F20

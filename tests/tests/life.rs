@@ -2,12 +2,8 @@
 
 use haptic_ipc::{Request, RigState, StateReply};
 use rustix::process::Signal;
-use std::os::unix::process::CommandExt;
-use std::path::Path;
 use std::process::{Command, Stdio};
-use system_tests::{
-    Daemon, be_patient, binary, copy_binary, process, real_time_thread, status, stderr, wait_for, wait_for_state,
-};
+use system_tests::{Daemon, binary, process, status, stderr, wait_for_state};
 
 /// Runs hapticd with arguments with which it cannot run; returns its exit code and its message.
 fn refused(arguments: &[&str]) -> (Option<i32>, String) {
@@ -97,14 +93,6 @@ fn what_cannot_be_run_is_refused_by_its_name() {
         path.to_str().expect("a plain path").to_owned()
     };
     let unknown = file("unknown.toml", "colour = \"red\"\n");
-    let heavy = file(
-        "heavy.toml",
-        &include_str!("../../scenes/simulated-friction.toml").replace("mass = 0.5", "mass = 500"),
-    );
-    let nan = file(
-        "nan.toml",
-        &include_str!("../../scenes/simulated-friction.toml").replace("mass = 0.5", "mass = nan"),
-    );
     for (arguments, parts) in [
         (vec![], vec!["--device fake", "--demo"]),
         (
@@ -112,14 +100,6 @@ fn what_cannot_be_run_is_refused_by_its_name() {
             vec!["rate", "50", "100", "20000", "Hz"],
         ),
         (vec!["--config", &unknown], vec!["unknown.toml", "colour"]),
-        (
-            vec!["--device", "fake", "--scene", &heavy],
-            vec!["heavy.toml", "mass", "500", "100", "kg"],
-        ),
-        (
-            vec!["--device", "fake", "--scene", &nan],
-            vec!["nan.toml", "mass", "NaN", "kg"],
-        ),
     ] {
         let (code, message) = refused(&arguments);
         assert_eq!(code, Some(2), "{arguments:?}: {message}");
@@ -128,81 +108,6 @@ fn what_cannot_be_run_is_refused_by_its_name() {
         }
         assert!(!message.contains("panicked"), "{message}");
     }
-}
-
-/// A daemon of a user without rights, on a socket in a directory, with one more variable.
-fn without_privileges(directory: &Path, variable: (&str, &str)) -> Daemon {
-    let mut command = Command::new(binary("hapticd"));
-    if rustix::process::geteuid().is_root() {
-        const NOBODY: u32 = 65534;
-        std::os::unix::fs::chown(directory, Some(NOBODY), Some(NOBODY)).expect("root can");
-        // The binary may lie where only root can go.
-        let copy = directory.join("hapticd");
-        copy_binary("hapticd", &copy);
-        command = Command::new(copy);
-        command.uid(NOBODY).gid(NOBODY);
-    }
-    command.args(["--device", "fake"]).env(variable.0, variable.1);
-    Daemon::spawn(command, &directory.join("control.sock"))
-}
-
-#[test]
-fn advice_on_limits_fits_a_user_or_a_unit() {
-    for (variable, fits) in [
-        (("LANG", "C"), ["limits.d", "setfacl"]),
-        (("NOTIFY_SOCKET", "/nonexistent"), ["in its unit", "in its unit"]),
-    ] {
-        let directory = tempfile::tempdir().expect("a directory");
-        let daemon = without_privileges(directory.path(), variable);
-        for problem in status(&mut daemon.client()).real_time.problems {
-            let remedy = &problem.remedy;
-            let is_of_any = ["--cpu", "nothing: this kernel"].iter().any(|any| remedy.contains(any));
-            assert!(
-                is_of_any || fits.iter().any(|part| remedy.contains(part)),
-                "{variable:?}: {problem:?}"
-            );
-        }
-    }
-}
-
-/// The scheduling policy of a thread, as the kernel has it.
-fn policy_of(process: u32, thread: u32) -> u32 {
-    let text = std::fs::read_to_string(format!("/proc/{process}/task/{thread}/stat")).expect("it runs");
-    // Its name, the second field, may have spaces in it; the policy is the 41st.
-    let (_, after_name) = text.rsplit_once(") ").expect("a name");
-    let policy = after_name.split(' ').nth(41 - 3).expect("so many fields");
-    policy.parse().expect("a number")
-}
-
-#[test]
-fn scheduled_by_deadline_the_loop_renders_or_says_why_it_is_not() {
-    const SCHED_DEADLINE: u32 = 6;
-    let daemon = Daemon::start(&["--policy", "deadline", "--ramp-ms", "20"]);
-    let mut client = daemon.client();
-    let real_time = status(&mut client).real_time;
-    let policy = policy_of(daemon.pid(), real_time_thread(daemon.pid()));
-    assert_eq!(policy == SCHED_DEADLINE, real_time.deadline_scheduled, "{real_time:?}");
-    assert!(
-        real_time.fifo_priority.is_none() && real_time.cpu.is_none(),
-        "{real_time:?}"
-    );
-    if !real_time.deadline_scheduled {
-        let refused = real_time
-            .problems
-            .iter()
-            .find(|problem| problem.what.contains("by deadline"));
-        let refused = refused.expect("it says why");
-        assert!(refused.remedy.contains("cap_sys_nice"), "{refused:?}");
-        test_run::skip("SCHED_DEADLINE", &refused.what);
-    }
-    let _: StateReply = client.request(Request::engage()).expect("it is idle");
-    let engaged = wait_for_state(&mut client, RigState::Engaged);
-    let later = wait_for(&mut client, "a second of it", |status| {
-        status.tick > engaged.tick + 1000
-    });
-    assert_eq!(later.state, RigState::Engaged, "{:?}", later.fault);
-    let (ended, printed) = daemon.end(Signal::TERM);
-    assert!(ended.success(), "{printed}");
 }
 
 #[test]
@@ -223,31 +128,4 @@ fn a_daemon_that_ends_lets_force_out_and_not_in() {
     assert_eq!(stopped.state, RigState::Stopped);
     let (ended, printed) = daemon.end(Signal::TERM);
     assert!(ended.success(), "{printed}");
-}
-
-#[test]
-fn a_demo_whose_output_nobody_reads_goes_on_and_ends_in_order() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let socket = directory.path().join("control.sock");
-    let mut command = Command::new(binary("hapticd"));
-    be_patient(&mut command);
-    let mut demo = command
-        .args(["--demo", "--socket"])
-        .arg(&socket)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("hapticd starts");
-    let mut shown = std::io::BufReader::new(demo.stdout.take().expect("it is piped"));
-    let mut line = String::new();
-    std::io::BufRead::read_line(&mut shown, &mut line).expect("a status line");
-    assert!(line.contains("Hz") && line.contains("overruns"), "{line}");
-    drop(shown);
-    let mut client = haptic_ipc::Client::connect(&socket).expect("it serves");
-    // Long enough for further status lines.
-    wait_for(&mut client, "2500 ticks", |status| status.tick > 2500);
-    assert_eq!(status(&mut client).state, RigState::Engaged);
-    let output = process::end(demo, Signal::INT);
-    let message = stderr(&output);
-    assert!(output.status.success() && !message.contains("panicked"), "{message}");
 }

@@ -6,10 +6,7 @@ use rustix::process::Signal;
 use std::time::Instant;
 use system_tests::fake_rig::{FakeRig, connected, pull};
 use system_tests::process::{descriptors, size_kib};
-use system_tests::{journal, refused, status, stderr, timed, until, wait_for, wait_for_state};
-
-/// How old a sample may be, where a device stands still for longer.
-const STALE: [&str; 2] = ["--stale-ms", "200"];
+use system_tests::{journal, refused, status, stderr, timed, until, wait_for};
 
 fn link(status: &Status) -> &LinkStatus {
     status.device.link.as_ref().expect("it is behind a link")
@@ -18,89 +15,6 @@ fn link(status: &Status) -> &LinkStatus {
 /// How often it has been connected.
 fn connections(status: &Status) -> u64 {
     link(status).counts.connections
-}
-
-#[test]
-fn the_papers_scene_is_rendered_over_the_wire() {
-    timed("the paper's scene over a line", || {
-        let _one = crate::one_of_two();
-        // However long the machine keeps the fake rig from running.
-        let (mut rig, _daemon, mut client) = connected(&["--watchdog-ms", "0"], &["--allow-no-watchdog"]);
-        pull(&mut rig, &mut client);
-        let from = status(&mut client);
-        let to = wait_for(&mut client, "some seconds", |status| {
-            status.tick >= from.tick + 5000 || status.state != RigState::Engaged
-        });
-        assert_eq!(connections(&to), connections(&from), "{:?}", to.fault);
-        let (before, after) = (link(&from).counts, link(&to).counts);
-        println!("{to:#?}");
-        assert_eq!(to.state, RigState::Engaged);
-        assert!(after.samples > before.samples + 100, "{after:?}");
-        assert_eq!(
-            [
-                after.bad_crc - before.bad_crc,
-                after.malformed - before.malformed,
-                after.out_of_sequence - before.out_of_sequence,
-                after.device_errors - before.device_errors,
-                after.clipped - before.clipped,
-            ],
-            [0; 5]
-        );
-        let device = link(&to).device.as_ref().expect("it is connected");
-        assert!(device.firmware.starts_with("fake-rig "), "{device:?}");
-        assert_eq!((device.force_limit_n, device.sample_rate_hz), (20.0, 1000.0));
-        assert!((device.resolution_m - 1e-5).abs() < 1e-10, "{device:?}");
-        // The scene's kinetic friction is 3.5 N and its stiction 4 N. What passes late on a busy
-        // machine makes it swing, up to the limit.
-        let force = rig.force();
-        assert!((3.0..=20.0).contains(&force.largest_n), "{force:?}");
-        let _: StateReply = client.request(Request::Stop {}).expect("a stop");
-        wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
-    });
-}
-
-// hazard: H18
-#[test]
-fn loss_is_journalled_even_after_reset_of_silent_device() {
-    timed("a device that falls silent under force", || {
-        let _one = crate::one_of_two();
-        let (mut rig, daemon, mut client) = connected(&[], &STALE);
-        pull(&mut rig, &mut client);
-        // Without samples there is nothing to be idle on; the line stays open meanwhile.
-        rig.fail("stall 0.4");
-        wait_for_state(&mut client, RigState::Faulted);
-        let _: StateReply = client.request(Request::Reset {}).expect("a reset");
-        wait_for_state(&mut client, RigState::Disconnected);
-        // Before the link gives it up.
-        wait_for(&mut client, "its silence", |status| {
-            let waiting = link(status).waiting.as_deref();
-            waiting.is_some_and(|why| why.starts_with("it is connected and silent")) && !status.has_device()
-        });
-        let back = wait_for(&mut daemon.client(), "samples", |status| {
-            // It did not say in time that its motor is off.
-            if status.state == RigState::Faulted {
-                let _: StateReply = client.request(Request::Reset {}).expect("a reset");
-            }
-            status.state == RigState::Idle
-        });
-        let before = connections(&back);
-        rig.fail("hang-up 0");
-        wait_for(&mut client, "the next connection", |status| {
-            connections(status) > before && status.state == RigState::Idle
-        });
-        let entries = journal(&mut client).into_iter();
-        let connections: Vec<_> = entries.filter(|entry| entry.op.ends_with("connected")).collect();
-        assert_eq!(
-            connections.iter().map(|entry| &*entry.op).collect::<Vec<_>>(),
-            ["connected", "disconnected", "connected", "disconnected", "connected"]
-        );
-        // Only the second time was there a plug to look for.
-        let is_without_samples = |at: usize| {
-            let message = connections[at].message.as_deref();
-            message.is_some_and(|message| message.ends_with(": no new sample came in time"))
-        };
-        assert_eq!([1, 3].map(is_without_samples), [true, false], "{connections:?}");
-    });
 }
 
 #[test]
@@ -198,21 +112,6 @@ fn a_rig_that_takes_too_few_commands_or_none_is_not_engaged() {
         let _: StateReply = client.request(Request::Reset {}).expect("confirmed");
         rig.fail("no-echo");
         engage_until(&mut client, Some(ErrorCode::CommandsIgnored));
-    });
-}
-
-#[test]
-fn a_daemon_that_ends_lets_the_force_down_itself() {
-    timed("a daemon that ends with force on a line", || {
-        let _one = crate::one_of_two();
-        let (mut rig, daemon, mut client) = connected(&[], &[]);
-        pull(&mut rig, &mut client);
-        drop(client);
-        let (ended, printed) = daemon.end(rustix::process::Signal::TERM);
-        assert!(ended.success(), "{printed}");
-        // The last command may not have arrived yet.
-        until("the force stays", || rig.force().now_n == 0.0);
-        assert!(!rig.force().watchdog);
     });
 }
 

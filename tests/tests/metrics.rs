@@ -1,19 +1,16 @@
-//! Metrics: what is scraped, what Prometheus makes of it, and the rules and the dashboard that rest on it.
+//! Metrics: what is scraped, and the rules and the dashboard that rest on it.
 
-use crate::one_of_two;
 use haptic_core::servo::Fault;
 use haptic_ipc::{Request, RigState, StateReply};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::fs;
 use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 use system_tests::fake_rig::connected;
-use system_tests::process::Killed;
-use system_tests::{Daemon, PATIENCE, pause, pull_until, stderr, until, until_some, wait_for_state};
+use system_tests::{Daemon, PATIENCE, plain, pull_until, stderr, until, until_some, wait_for_state};
 
 const PACKAGED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../packaging/monitoring");
 
@@ -174,18 +171,9 @@ fn node_exporter_file_is_whole_readable_and_current() {
     assert!(!path.exists(), "nobody reports a daemon that has ended");
 }
 
-/// A program of Prometheus, if it is installed.
-fn program(name: &str) -> Option<Command> {
-    if test_run::is_there(name) {
-        return Some(Command::new(name));
-    }
-    test_run::skip("prometheus", "Debian: apt install prometheus");
-    None
-}
-
-/// Gives a program of Prometheus a text to check.
-fn check(mut program: Command, arguments: &[&str], text: &str) -> String {
-    let mut child = program
+/// Gives promtool a text to check.
+fn check(arguments: &[&str], text: &str) -> String {
+    let mut child = Command::new("promtool")
         .args(arguments)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -219,19 +207,17 @@ fn queries() -> Vec<String> {
 
 #[test]
 fn promtool_accepts_metrics_and_rules_use_only_scraped_names() {
-    let Some(promtool) = program("promtool") else { return };
+    if !test_run::is_there("promtool") {
+        return test_run::skip("prometheus", "Debian: apt install prometheus");
+    }
     let (_rig, daemon, _client) = connected(&[], &["--metrics", "127.0.0.1:0"]);
     let scraped = scrape(address_of(&daemon));
-    assert_eq!(check(promtool, &["check", "metrics"], &scraped), "");
+    assert_eq!(check(&["check", "metrics"], &scraped), "");
 
     let alerts = Path::new(PACKAGED).join("alerts.yml");
-    check(
-        Command::new("promtool"),
-        &["check", "rules", alerts.to_str().expect("a plain path")],
-        "",
-    );
+    check(&["check", "rules", plain(&alerts)], "");
     let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/monitoring/alerts.test.yml");
-    check(Command::new("promtool"), &["test", "rules", cases], "");
+    check(&["test", "rules", cases], "");
     // What the alerts tell apart is there before it happens.
     for label in [
         r#"state="faulted""#,
@@ -253,11 +239,17 @@ fn promtool_accepts_metrics_and_rules_use_only_scraped_names() {
         ));
     }
     fs::write(&rules, text).expect("written");
-    check(
-        Command::new("promtool"),
-        &["check", "rules", rules.to_str().expect("a plain path")],
-        "",
-    );
+    check(&["check", "rules", plain(&rules)], "");
+    let configuration = directory.path().join("prometheus.yml");
+    let packaged = fs::read_to_string(Path::new(PACKAGED).join("prometheus.yml")).expect("it is packaged");
+    let packaged = packaged.replace("/usr/share/doc/hapticd/examples/monitoring", PACKAGED);
+    fs::write(
+        &configuration,
+        packaged.replace("/etc/prometheus/rigs/*.yml", &format!("{PACKAGED}/rigs.yml")),
+    )
+    .expect("written");
+    let printed = check(&["check", "config", plain(&configuration)], "");
+    assert!(printed.contains("SUCCESS") && !printed.contains("WARNING"), "{printed}");
 
     let alerts = fs::read_to_string(alerts).expect("it is packaged");
     let named = |text: &str| -> Vec<String> {
@@ -275,93 +267,4 @@ fn promtool_accepts_metrics_and_rules_use_only_scraped_names() {
             "{metric} is not scraped"
         );
     }
-}
-
-/// A Prometheus that scrapes, ended when dropped.
-struct Prometheus {
-    _child: Killed,
-    address: SocketAddr,
-    _directory: tempfile::TempDir,
-}
-
-impl Prometheus {
-    /// With the packaged configuration and list of rigs, at these addresses.
-    fn start(mut program: Command, [left, right]: [SocketAddr; 2]) -> Self {
-        let directory = tempfile::tempdir().expect("a directory");
-        let packaged = |name: &str| fs::read_to_string(Path::new(PACKAGED).join(name)).expect("it is packaged");
-        let rigs = packaged("rigs.yml")
-            .replace("127.0.0.1:9664", &left.to_string())
-            .replace("127.0.0.1:9665", &right.to_string());
-        fs::create_dir(directory.path().join("rigs")).expect("a directory");
-        fs::write(directory.path().join("rigs/bench.yml"), rigs).expect("written");
-        let configuration = directory.path().join("prometheus.yml");
-        let text = packaged("prometheus.yml")
-            .replace("/usr/share/doc/hapticd/examples/monitoring", PACKAGED)
-            .replace("/etc/prometheus", directory.path().to_str().expect("a plain path"))
-            .replace("15s", "1s");
-        fs::write(&configuration, text).expect("written");
-        let printed = check(
-            Command::new("promtool"),
-            &["check", "config", configuration.to_str().expect("a plain path")],
-            "",
-        );
-        assert!(printed.contains("SUCCESS") && !printed.contains("WARNING"), "{printed}");
-        // A port that was free a moment ago.
-        let free = TcpListener::bind("127.0.0.1:0").expect("a port");
-        let address = free.local_addr().expect("it is bound");
-        drop(free);
-        let child = program
-            .arg(format!("--config.file={}", configuration.display()))
-            .arg(format!(
-                "--storage.tsdb.path={}",
-                directory.path().join("data").display()
-            ))
-            .arg(format!("--web.listen-address={address}"))
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("it starts");
-        Self {
-            _child: Killed(child),
-            address,
-            _directory: directory,
-        }
-    }
-
-    /// The results of a query, or nothing while it comes up.
-    fn query(&self, query: &str) -> Option<Vec<Value>> {
-        TcpStream::connect_timeout(&self.address, Duration::from_secs(1)).ok()?;
-        let escaped: String = query.bytes().map(|byte| format!("%{byte:02X}")).collect();
-        // Without keep-alive and without chunks, so that the end of the stream is the end of the body.
-        let request = format!("GET /api/v1/query?query={escaped} HTTP/1.0\r\n\r\n");
-        let (_, body) = ask(self.address, request.as_bytes());
-        let answer: Value = serde_json::from_str(&body).ok()?;
-        answer["data"]["result"].as_array().cloned()
-    }
-}
-
-#[test]
-fn prometheus_sees_both_rigs_by_name_and_the_fault_of_one() {
-    let _one = one_of_two();
-    let Some(program) = program("prometheus") else { return };
-    let (daemon, address) = daemon(&["--hand", "sine", "--speed-limit-mps", "0.01"]);
-    let (_right, right) = self::daemon(&[]);
-    let prometheus = Prometheus::start(program, [address, right]);
-    let seen = |query: &str| {
-        let began = Instant::now();
-        loop {
-            if let Some(first) = prometheus.query(query).unwrap_or_default().first() {
-                return first.clone();
-            }
-            assert!(began.elapsed() < 3 * PATIENCE, "waited in vain for {query}");
-            pause();
-        }
-    };
-    assert_eq!(seen("hapticd_state{state=\"idle\"} == 1")["metric"]["job"], "hapticd");
-    seen("rate(hapticd_ticks_total[10s]) > 100");
-    let mut client = daemon.client();
-    drop(client.request::<StateReply>(Request::engage()));
-    wait_for_state(&mut client, RigState::Faulted);
-    seen("hapticd_faults_total{code=\"too_fast\",instance=\"left\"} == 1");
-    seen("hapticd_state{state=\"idle\",instance=\"right\"} == 1");
 }

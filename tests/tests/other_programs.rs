@@ -1,9 +1,8 @@
 //! Files of other programs: odd, but legal tables are read, and whatever is not is refused with what to do.
 
-use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
-use system_tests::{ctl, ctl_offline, ctl_offline_json, ctl_offline_refused, stderr, text};
+use system_tests::{ctl, ctl_offline, ctl_offline_json, ctl_offline_refused, text};
 
 /// A record of time (s), position (m) and force (N), as every table below holds it.
 pub(crate) struct Base {
@@ -93,61 +92,6 @@ fn odd_but_legal_tables_hold_the_same_record() {
     }
     // pandas, with moments, single precision and whole numbers.
     same(&of_program("data-frame.parquet"));
-}
-
-#[test]
-fn what_is_not_known_of_a_table_is_given_by_options() {
-    let base = Base::new();
-    let volts = base.put("volts.csv", base.of_force("force_V", 4.0));
-    let counts = base.put(
-        "counts.csv",
-        base.lines("t_s,position_counts,force_N\n", |_, [t, x, f]| {
-            format!("{t:.4},{:.0},{f:.6}", x / 1e-5)
-        }),
-    );
-    let bare = base.put("bare.csv", base.plain().split_once('\n').expect("a heading").1);
-    for arguments in [
-        vec![&volts, "--force-gain", "4"],
-        vec![&counts, "--position-gain", "1e-5"],
-        vec![
-            &bare,
-            "--time-column",
-            "1",
-            "--position-column",
-            "2",
-            "--force-column",
-            "3",
-        ],
-    ] {
-        let output = ctl(
-            Path::new("/nonexistent"),
-            &[&["identify", "--json"], &arguments[..]].concat(),
-        );
-        let found: Value = serde_json::from_slice(&output.stdout)
-            .unwrap_or_else(|error| panic!("{arguments:?}: {error}: {}", stderr(&output)));
-        let mass = found["mass_kg"].as_f64().expect("a mass");
-        assert!((mass - 1.0).abs() < 0.05, "{arguments:?}: {found}");
-    }
-    // A motion needs no force.
-    let out = base.put("out.csv", "");
-    let simulated = |arguments: &[&str]| {
-        let begin = ["simulate", "no-friction", "--out", &out, "--force", "--motion"];
-        let output = ctl(Path::new("/nonexistent"), &[&begin, arguments].concat());
-        assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
-        std::fs::read_to_string(&out).expect("rows")
-    };
-    let plain = simulated(&[&base.put("plain.csv", base.plain())]);
-    assert_eq!(
-        simulated(&[&bare, "--time-column", "1", "--position-column", "2"]),
-        plain
-    );
-    assert_eq!(
-        simulated(&[&base.put("tabs.tsv", base.plain().replace(',', "\t"))]),
-        plain
-    );
-    let late = base.lines("t,x\n", |_, [t, x, _]| format!("{:.1},{x:.7}", 1e3 * t));
-    let milliseconds = simulated(&[&base.put("ms.csv", late), "--time-unit", "ms"]);
-    assert_eq!(milliseconds.lines().count(), plain.lines().count());
 }
 
 #[test]

@@ -177,42 +177,6 @@ fn a_wrong_file_changes_nothing_and_is_reported_in_one_line() {
 }
 
 #[test]
-fn a_reload_goes_through_in_every_state_and_engages_nothing() {
-    let rig = Reloaded::start("force-limit-n = 12\nramp-ms = 1000\n");
-    let mut client = rig.daemon.client();
-    let reloaded = |client: &mut Client, force_n: f64| {
-        rig.write(&format!("force-limit-n = {force_n}\nramp-ms = 1000\n"));
-        let before = status(client).state;
-        let reply: ReloadReply = client.request(Request::Reload {}).expect("a good file");
-        assert_eq!(reply.limits.map(|change| change.after.force_n), Some(force_n));
-        before
-    };
-    assert_eq!(reloaded(&mut client, 11.0), RigState::Idle);
-    pull(&mut client);
-    let _: serde_json::Value = client.request(Request::Release {}).expect("it is engaged");
-    // Along the ramp, which goes on to its end.
-    let during = reloaded(&mut client, 1.0);
-    assert!(matches!(during, RigState::Releasing | RigState::Idle), "{during}");
-    let idle = wait_for_state(&mut client, RigState::Idle);
-    assert_eq!((idle.command_force_n, idle.device.force_limit_n), (0.0, 1.0));
-
-    let _: serde_json::Value = client.request(Request::Stop {}).expect("a stop");
-    assert_eq!(reloaded(&mut client, 10.0), RigState::Stopped);
-    assert_eq!(status(&mut client).state, RigState::Stopped);
-    let _: serde_json::Value = client.request(Request::Reset {}).expect("it is stopped");
-
-    // A hand that is faster than the new limit counts as too fast, and a fault stays one.
-    pull(&mut client);
-    rig.write("speed-limit-mps = 0.01\nramp-ms = 1000\n");
-    let reply: ReloadReply = client.request(Request::Reload {}).expect("a good file");
-    assert_eq!(reply.limits.map(|change| change.after.speed_mps), Some(0.01));
-    wait_for_state(&mut client, RigState::Faulted);
-    assert_eq!(reloaded(&mut client, 8.0), RigState::Faulted);
-    let faulted = status(&mut client);
-    assert_eq!((faulted.state, faulted.command_force_n), (RigState::Faulted, 0.0));
-}
-
-#[test]
 fn signal_flood_delays_nobody_and_ends_with_newest_file() {
     let rig = Reloaded::start("force-limit-n = 12\n");
     let mut client = rig.daemon.client();

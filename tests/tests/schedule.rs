@@ -2,10 +2,9 @@
 //! its tick by the loop's own tests, and once through the whole system by `ctl_change.rs`.
 
 use haptic_ipc::{
-    ChangeOptions, Changes, Client, ErrorCode, LeaseReply, Request, SceneChange, SceneRef, ScheduleReply,
-    ScheduledChange, StateReply, Status,
+    Changes, Client, LeaseReply, Request, SceneChange, ScheduleReply, ScheduledChange, StateReply, Status,
 };
-use system_tests::{Daemon, engage, journal, refused, status, wait_for};
+use system_tests::{Daemon, engage, journal, status, wait_for};
 
 /// Ticks ahead at which a test's change waits: no test takes as long.
 const FAR: u64 = 1_000_000;
@@ -32,62 +31,6 @@ fn schedule(changes: Vec<ScheduledChange>, keep: bool) -> Request {
 
 fn waiting(status: &Status) -> usize {
     status.scheduled.as_ref().map_or(0, |scheduled| scheduled.waiting)
-}
-
-#[test]
-fn a_schedule_is_taken_whole_or_not_at_all() {
-    let daemon = Daemon::start(&[]);
-    let mut client = daemon.client();
-    let first = status(&mut client).tick + FAR;
-    let ramped = |tick, mass, ramp_ms| ScheduledChange {
-        ramp_ms: Some(ramp_ms),
-        ..at(tick, &[("M", mass)])
-    };
-    let nowhere = ScheduledChange {
-        change: SceneChange::Scene(SceneRef::Name("nowhere".to_owned())),
-        ..at(first, &[])
-    };
-    for (changes, code, parts) in [
-        (
-            vec![at(first, &[("M", 2.0)]), at(first + 1, &[("M", -2.0)])],
-            ErrorCode::OutOfRange,
-            vec!["changes[1]", "mass", "-2"],
-        ),
-        (
-            vec![ramped(first, 2.0, 100.0), at(first + 99, &[("M", 3.0)])],
-            ErrorCode::OutOfRange,
-            vec!["with its ramp"],
-        ),
-        (
-            (0..20_u8)
-                .map(|step| ramped(first + 1000 * u64::from(step), 2.0 + f64::from(step), 1000.0))
-                .collect(),
-            ErrorCode::OutOfRange,
-            vec!["2000 compiled scenes"],
-        ),
-        (vec![nowhere], ErrorCode::NoSuchScene, vec!["changes[0]", "nowhere"]),
-    ] {
-        let error = refused(&mut client, schedule(changes, false));
-        assert_eq!(error.code, code, "{error}");
-        for part in parts {
-            assert!(error.message.contains(part), "{error} lacks {part}");
-        }
-        assert_eq!(waiting(&status(&mut client)), 0);
-    }
-    // As many as there is room for, and one more.
-    let many = (0..=255_u8).map(|step| at(first + u64::from(step), &[("M", 1.0 + 0.1 * f64::from(step))]));
-    let _: ScheduleReply = client.request(schedule(many.collect(), false)).expect("there is room");
-    let one_more = Request::Set {
-        params: [("M", 1.0)].into_iter().collect(),
-        merge: false,
-        options: ChangeOptions {
-            at_tick: Some(first + 300),
-            anyway: true,
-            ..ChangeOptions::default()
-        },
-    };
-    assert_eq!(refused(&mut client, one_more).code, ErrorCode::OutOfRange);
-    assert_eq!(waiting(&status(&mut client)), 256);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use std::process::Command;
-use system_tests::{binary, ctl_offline_refused, stderr, text};
+use system_tests::{binary, stderr, text};
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/simulated-friction.toml");
 
@@ -42,16 +42,4 @@ fn the_length_of_a_motion_is_no_matter_of_memory() {
     );
     let written = std::fs::read_to_string(&out).expect("rows");
     assert_eq!(written.lines().count(), rows + 1);
-}
-
-#[test]
-fn a_wrong_motion_is_reported_before_anything_is_written() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let (motion_file, out) = (directory.path().join("motion.csv"), directory.path().join("out.csv"));
-    let wrong = format!("# hapticd recording 1\n{}9,0\n", motion(20_000));
-    std::fs::write(&motion_file, wrong).expect("written");
-    let [motion_file, out_file] = [&motion_file, &out].map(|path| path.to_str().expect("a plain path"));
-    let simulate = ["simulate", SCENE, "--motion", motion_file, "--out", out_file];
-    ctl_offline_refused(&simulate, 2, &["line 20003", "2 of 3 cells", "device_velocity_mps"]);
-    assert!(!out.exists());
 }

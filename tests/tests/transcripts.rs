@@ -48,7 +48,7 @@ const ELSEWHERE: [(&str, &str); 17] = [
         "safety.rs, with a device that does not say that its motor is off",
     ),
     ("no_force", "control/admission.rs of hapticd"),
-    ("no_watchdog", "commission.rs, with a device that has none"),
+    ("no_watchdog", "control/admission.rs of hapticd"),
     ("no_button", "control/admission.rs of hapticd"),
     ("commands_late", "link.rs, on a line that carries less"),
     ("commands_ignored", "link.rs, with a device that takes none"),

@@ -22,7 +22,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 use system_tests::measure::{percentile, us};
 use system_tests::screen::{Panel, Picture, Screen};
-use system_tests::study_screen::{self, open_subjects_window, wait_until_open};
 use system_tests::{Daemon, PATIENCE, bring_to, status, until, wait_for, wait_for_state};
 
 /// Colours of one driver's text differ a little from another's.
@@ -217,11 +216,65 @@ fn the_window_looks_as_it_did_in_both_themes() {
 
 const PAGES: [&str; 5] = ["tune", "record", "identify", "task", "perception"];
 
+/// A study of two segments of three trials.
+const PLAN: &str = r#"
+task = "fitts"
+name = "two segments"
+practice_segments = 0
+trials_per_segment = 3
+rest_every_segments = 9
+rest_s = 1
+baseline = "simulated"
+[cursor]
+diameter_m = 0.006
+[rig]
+gain = 3
+center_m = 0
+range_m = [-0.12, 0.12]
+[[conditions]]
+name = "1"
+amplitude_m = 0.18
+width_m = 0.12
+[[resistances]]
+name = "simulated"
+[resistances.scene]
+block = { mass = 0.5 }
+coupling = { stiffness = 25000, damping = 10 }
+[resistances.scene.friction]
+law = "karnopp"
+static_force = 4.0
+dynamic_force = 3.5
+"#;
+
+/// Near the left end of the button that begins a study, pixels.
+const BEGIN: (usize, usize) = (20, 226);
+
+/// The box that shows the subject's window, pixels.
+const SUBJECTS_SCREEN: (usize, usize) = (15, 269);
+
+/// A button of the dark theme is darker than this where it cannot be pressed.
+const ENABLED: u8 = 44;
+
+/// Opens the subject's window of a dark panel once that shows its study, and gives it the keyboard.
+fn open_subjects_window(screen: &Screen) {
+    screen.wait_until("the study", |picture| picture.at(BEGIN.0, BEGIN.1)[0] >= ENABLED);
+    screen.press(SUBJECTS_SCREEN);
+    let found = [
+        "search",
+        "--sync",
+        "--onlyvisible",
+        "--name",
+        "Subject's screen",
+        "windowfocus",
+    ];
+    screen.act(&found);
+}
+
 /// A folder with a study for each page that has one, under the page's name.
 fn studies() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let perception = Task::Perception.built_in_plan();
-    for (page, text) in [("task", study_screen::PLAN), ("perception", perception)] {
+    for (page, text) in [("task", PLAN), ("perception", perception)] {
         let plan = Plan::read(text).expect("a plan");
         let about = StudyDescription::people(&plan, text, 1, vec!["P7".to_owned()]);
         drop(Study::create(&folder.path().join(page), text, &about).expect("a study"));
@@ -252,38 +305,6 @@ fn page_shown(
     panel
 }
 
-/// Every page in both themes in the smallest, the usual and a large window. The pictures are to be looked at: with
-/// `HAPTIC_UPDATE_PICTURES` they are in `target/tmp/panel`.
-#[test]
-fn every_page_has_stop_in_both_themes_at_three_sizes() {
-    let is_wanted = std::env::var_os("HAPTIC_UPDATE_PICTURES").is_some();
-    if !is_wanted && !test_run::is_long_for("the panel's pages in windows of three sizes") {
-        return;
-    }
-    let daemon = Daemon::start(&["--ramp-ms", "10"]);
-    let mut client = daemon.client();
-    client.request::<StateReply>(Request::engage()).expect("it engages");
-    let studies = studies();
-    for size in [(1024, 640), (1280, 800), (1920, 1080)] {
-        let Some(screen) = Screen::of_size(size) else {
-            return;
-        };
-        for theme in ["dark", "light"] {
-            for page in PAGES {
-                let panel = page_shown(&screen, (&daemon, &mut client), studies.path(), theme, page);
-                if is_wanted {
-                    // Until the plots are full.
-                    std::thread::sleep(std::time::Duration::from_secs(6));
-                    let name = format!("panel/{page}-{theme}-{}x{}.png", size.0, size.1);
-                    write(&Path::new(env!("CARGO_TARGET_TMPDIR")).join(name), &screen.picture());
-                }
-                drop(panel);
-                wait_for(&mut client, "the panel to go", |status| status.clients == 1);
-            }
-        }
-    }
-}
-
 /// How soon a key on the real window stops the rig, from the start of the program that presses it to the daemon's word,
 /// while each page draws, and in the subject's window.
 #[test]
@@ -302,7 +323,6 @@ fn a_key_stops_soon_on_every_page_and_in_the_subjects_window() {
         screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
         press_stop(&screen, &mut client, page);
         if page == "task" {
-            wait_until_open(&screen);
             open_subjects_window(&screen);
             press_stop(&screen, &mut client, "the subject's window");
         }
