@@ -98,7 +98,7 @@ fn main() {
         &["--page", "record"],
         |_| {},
     );
-    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/recording-of-0.1.0.mcap");
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/recording-of-servo-3.mcap");
     measure(
         &daemon,
         "Record, a recording open",

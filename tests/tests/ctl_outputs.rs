@@ -12,7 +12,7 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 fn commands(out: &str) -> Vec<Vec<String>> {
     let scene = format!("{ROOT}/scenes/lugre.toml");
     let motion = format!("{ROOT}/crates/haptic-core/tests/data/reference/paper.csv");
-    let recording = format!("{ROOT}/tests/fixtures/recording-of-0.1.0.csv");
+    let recording = format!("{ROOT}/tests/fixtures/recording-of-servo-3.csv");
     [
         vec!["simulate", &scene, "--motion", &motion, "--out", out],
         vec!["replay", &recording, "--scheme", "exact", "--out", out],

@@ -290,7 +290,7 @@ fn page_shown(
     theme: &str,
     page: &str,
 ) -> Panel {
-    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/recording-of-0.1.0.mcap");
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/recording-of-servo-3.mcap");
     let mut arguments = vec!["--theme", theme, "--page", page];
     if page == "record" {
         arguments.extend(["--open", recording]);
