@@ -1,6 +1,6 @@
 //! What an hour at 1 kHz costs in each format: size, processor time to write and to read it, memory.
 //!
-//! `cargo bench -p haptic-lab --bench recording`; `-- 5` is for five minutes, and `-- 5 FOLDER` keeps
+//! `cargo bench -p haptic-recording --bench recording`; `-- 5` is for five minutes, and `-- 5 FOLDER` keeps
 //! the files for other programs to be tried with.
 #![expect(clippy::cast_sign_loss, reason = "what is cast is positive")]
 

@@ -1,6 +1,6 @@
 //! The columns of a row, each as 64 bits: what the formats share.
 
-use haptic_ipc::{FIRST_SAMPLE_COLUMNS, RigState, SAMPLE_COLUMNS, SAMPLE_Y_COLUMNS, Sample, SampleY};
+use haptic_ipc::{RigState, SAMPLE_COLUMNS, SAMPLE_Y_COLUMNS, Sample, SampleY};
 
 /// What the cells of a column are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,14 +52,6 @@ pub(crate) fn columns(axes: u8) -> &'static [Column] {
     match axes {
         2 => COLUMNS,
         _ => &COLUMNS[..SAMPLE_COLUMNS.len()],
-    }
-}
-
-/// How many of them every recording has, from the first on.
-pub(crate) fn required(axes: u8) -> usize {
-    match axes {
-        2 => COLUMNS.len(),
-        _ => FIRST_SAMPLE_COLUMNS,
     }
 }
 

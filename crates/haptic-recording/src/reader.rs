@@ -21,7 +21,8 @@ const BUFFER: usize = 1 << 16;
 
 /// A recording, read as it is needed: an iterator over its entries.
 pub struct Reader {
-    source: Source,
+    format: Format,
+    source: Box<dyn Source>,
     /// An entry could not be read.
     failed: bool,
     /// Whether what follows such an entry is read.
@@ -45,10 +46,26 @@ impl Read for CountingFile {
     }
 }
 
-enum Source {
-    Csv(Box<csv::Reader<Box<dyn BufRead + Send>>>),
-    Mcap(Box<mcap::Reader<Box<dyn BufRead + Send>>>),
-    Parquet(Box<parquet::Reader>),
+/// What reads one format.
+pub(crate) trait Source: Send {
+    /// As [`Reader::metadata`].
+    fn metadata(&self) -> &Metadata;
+
+    /// As [`Reader::ending`].
+    fn ending(&self) -> Option<Ending>;
+
+    /// The next row or mark; nothing at its end. After an error reading continues behind what is damaged.
+    fn entry(&mut self) -> Result<Option<Entry>, RecordingError>;
+
+    /// Bytes that could not be read, so far; 0 where it is not known.
+    fn dropped(&self) -> u64 {
+        0
+    }
+
+    /// Rows that were handed out, and those that there are, where that is known from the beginning.
+    fn rows_read(&self) -> Option<(u64, u64)> {
+        None
+    }
 }
 
 /// Opens a recording of one axis; else as [`open_any`].
@@ -90,7 +107,7 @@ fn open_file(path: &Path) -> Result<Reader, RecordingError> {
         .read_to_end(&mut first)
         .map_err(failed)?;
     if first.starts_with(parquet::MAGIC) {
-        return Ok(Reader::of(Source::Parquet(Box::new(parquet::Reader::new(file)?))));
+        return Ok(Reader::of(Format::Parquet, parquet::Reader::new(file)?));
     }
     let length = file.metadata().map_err(failed)?.len();
     let read = Arc::new(AtomicU64::new(0));
@@ -119,8 +136,7 @@ impl Reader {
     /// The bytes are not a recording, or were broken off before its metadata.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, RecordingError> {
         if bytes.starts_with(parquet::MAGIC) {
-            let parquet = parquet::Reader::new(Bytes::from(bytes))?;
-            return Ok(Self::of(Source::Parquet(Box::new(parquet))));
+            return Ok(Self::of(Format::Parquet, parquet::Reader::new(Bytes::from(bytes))?));
         }
         let mut input = Cursor::new(bytes);
         let mut first = Vec::new();
@@ -135,15 +151,16 @@ impl Reader {
     /// Reads what begins with `first` and continues with `input`.
     fn new(first: Vec<u8>, input: Box<dyn BufRead + Send>) -> Result<Self, RecordingError> {
         if first == ::mcap::MAGIC {
-            return Ok(Self::of(Source::Mcap(Box::new(mcap::Reader::new(input)?))));
+            return Ok(Self::of(Format::Mcap, mcap::Reader::new(input)?));
         }
         let whole: Box<dyn BufRead + Send> = Box::new(Cursor::new(first).chain(input));
-        Ok(Self::of(Source::Csv(Box::new(csv::Reader::new(whole)?))))
+        Ok(Self::of(Format::Csv, csv::Reader::new(whole)?))
     }
 
-    const fn of(source: Source) -> Self {
+    fn of(format: Format, source: impl Source + 'static) -> Self {
         Self {
-            source,
+            format,
+            source: Box::new(source),
             failed: false,
             is_tolerant: false,
             bytes: None,
@@ -153,31 +170,23 @@ impl Reader {
     /// Under which circumstances it was made.
     #[must_use]
     pub fn metadata(&self) -> &Metadata {
-        match &self.source {
-            Source::Csv(csv) => csv.metadata(),
-            Source::Mcap(mcap) => mcap.metadata(),
-            Source::Parquet(parquet) => parquet.metadata(),
-        }
+        self.source.metadata()
     }
 
     /// Its format.
     #[must_use]
     pub const fn format(&self) -> Format {
-        match self.source {
-            Source::Csv(_) => Format::Csv,
-            Source::Mcap(_) => Format::Mcap,
-            Source::Parquet(_) => Format::Parquet,
-        }
+        self.format
     }
 
     /// The share of it that is read, from 0 to 1: of the bytes of a file, or of the rows of Parquet. `None` where it is
     /// not known how much there is.
     #[must_use]
     pub fn share(&self) -> Option<f64> {
-        let (read, all) = match (&self.source, &self.bytes) {
-            (Source::Parquet(parquet), _) => parquet.rows_read(),
-            (_, Some((read, all))) => (read.load(Ordering::Relaxed), *all),
-            (_, None) => return None,
+        let (read, all) = match (self.source.rows_read(), &self.bytes) {
+            (Some(rows), _) => rows,
+            (None, Some((read, all))) => (read.load(Ordering::Relaxed), *all),
+            (None, None) => return None,
         };
         #[expect(clippy::cast_precision_loss, reason = "a share of what fits on a disk")]
         let share = read as f64 / all.max(1) as f64;
@@ -192,11 +201,7 @@ impl Reader {
             // What follows an entry that cannot be read is not trusted.
             return Some(Ending::Open);
         }
-        match &self.source {
-            Source::Csv(csv) => csv.ending(),
-            Source::Mcap(mcap) => mcap.ending(),
-            Source::Parquet(parquet) => parquet.ending(),
-        }
+        self.source.ending()
     }
 
     /// From here on skips what cannot be read.
@@ -210,11 +215,7 @@ impl Reader {
             Some(Ending::BrokenOff { bytes, .. }) => bytes,
             _ => 0,
         };
-        torn + match &self.source {
-            Source::Csv(csv) => csv.dropped(),
-            Source::Mcap(mcap) => mcap.dropped(),
-            Source::Parquet(_) => 0,
-        }
+        torn + self.source.dropped()
     }
 
     /// Reads the rest into memory.
@@ -249,11 +250,7 @@ impl Iterator for Reader {
         if self.failed {
             return None;
         }
-        let entry = match &mut self.source {
-            Source::Csv(csv) => csv.entry(),
-            Source::Mcap(mcap) => mcap.entry(),
-            Source::Parquet(parquet) => parquet.entry(),
-        };
+        let entry = self.source.entry();
         self.failed = entry.as_ref().is_err_and(|error| {
             let is_over = matches!(error, RecordingError::Read { .. } | RecordingError::Open { .. });
             is_over || !self.is_tolerant

@@ -42,7 +42,7 @@ pub struct Totals {
 
 /// Writes rows and marks, as they come.
 pub struct Writer {
-    sink: Sink,
+    sink: Box<dyn Sink>,
     /// The file that is written now.
     file: File,
     synced: Instant,
@@ -53,13 +53,22 @@ pub struct Writer {
     flushed: Instant,
 }
 
-enum Sink {
-    Csv(csv::Writer<File>),
-    Mcap(Box<mcap::Writer>),
-    /// Parquet that is read at its end alone.
-    Parquet(Box<parquet::Writer<File>>),
-    /// Parquet, and beside it what there is until its end.
-    Spool(Box<parquet::Spool>),
+/// What writes one format. Nothing of it can be written where its methods fail.
+pub(crate) trait Sink: Send {
+    /// Writes rows. Numbers are written so that they read back exactly.
+    fn rows(&mut self, rows: Rows<'_>) -> io::Result<()>;
+
+    /// Writes what happened before the next row.
+    fn mark(&mut self, mark: &Mark) -> io::Result<()>;
+
+    /// Passes on what is in memory.
+    fn flush(&mut self) -> io::Result<()>;
+
+    /// Size by now, bytes.
+    fn bytes(&self) -> u64;
+
+    /// Ends it, and waits until it is on the disk; returns its size, bytes.
+    fn finish(self: Box<Self>) -> io::Result<u64>;
 }
 
 impl Writer {
@@ -82,7 +91,7 @@ impl Writer {
     ) -> io::Result<Self> {
         if format == Format::Parquet {
             let parquet = parquet::Writer::new(file.try_clone()?, metadata, numbers)?;
-            return Self::with(Sink::Parquet(Box::new(parquet)), file, metadata);
+            return Ok(Self::with(parquet, file, metadata));
         }
         Self::new(format, file, path, metadata)
     }
@@ -93,19 +102,19 @@ impl Writer {
     /// It cannot be written to, or is a pipe and the format Parquet.
     pub fn new(format: Format, file: File, path: &Path, metadata: &Metadata) -> io::Result<Self> {
         let copy = file.try_clone()?;
-        match format {
-            Format::Csv => Self::with(Sink::Csv(csv::Writer::new(copy, metadata)?), file, metadata),
-            Format::Mcap => Self::with(Sink::Mcap(Box::new(mcap::Writer::new(copy, metadata)?)), file, metadata),
+        Ok(match format {
+            Format::Csv => Self::with(csv::Writer::new(copy, metadata)?, file, metadata),
+            Format::Mcap => Self::with(mcap::Writer::new(copy, metadata)?, file, metadata),
             Format::Parquet => {
                 let (spool, file) = parquet::Spool::new(file, path, metadata)?;
-                Self::with(Sink::Spool(Box::new(spool)), file, metadata)
+                Self::with(spool, file, metadata)
             }
-        }
+        })
     }
 
-    fn with(sink: Sink, file: File, metadata: &Metadata) -> io::Result<Self> {
-        Ok(Self {
-            sink,
+    fn with(sink: impl Sink + 'static, file: File, metadata: &Metadata) -> Self {
+        Self {
+            sink: Box::new(sink),
             synced: Instant::now(),
             file,
             axes: metadata.axes,
@@ -113,7 +122,7 @@ impl Writer {
             first_s: None,
             unflushed: 0,
             flushed: Instant::now(),
-        })
+        }
     }
 
     /// Writes a row or a mark.
@@ -140,12 +149,7 @@ impl Writer {
         let (Some(first), Some(last)) = (rows.samples.first(), rows.samples.last()) else {
             return Ok(());
         };
-        match &mut self.sink {
-            Sink::Csv(csv) => csv.rows(rows)?,
-            Sink::Mcap(mcap) => mcap.rows(rows)?,
-            Sink::Parquet(parquet) => parquet.rows(rows)?,
-            Sink::Spool(spool) => spool.mcap.rows(rows)?,
-        }
+        self.sink.rows(rows)?;
         self.totals.length_s = last.t_s - *self.first_s.get_or_insert(first.t_s);
         self.totals.rows += rows.samples.len() as u64;
         self.unflushed += rows.samples.len() as u64;
@@ -167,7 +171,7 @@ impl Writer {
             Mark::Missed { periods, .. } => self.totals.missed = self.totals.missed.saturating_add(*periods),
             _ => {}
         }
-        self.put_mark(mark)?;
+        self.sink.mark(mark)?;
         self.flush_in_time()
     }
 
@@ -178,12 +182,7 @@ impl Writer {
     pub fn flush(&mut self) -> io::Result<()> {
         self.unflushed = 0;
         self.flushed = Instant::now();
-        match &mut self.sink {
-            Sink::Csv(csv) => csv.flush(),
-            Sink::Mcap(mcap) => mcap.flush(),
-            Sink::Parquet(_) => Ok(()),
-            Sink::Spool(spool) => spool.mcap.flush(),
-        }
+        self.sink.flush()
     }
 
     /// Ends the recording, says in it that this is its end, and waits until it is on the disk.
@@ -191,7 +190,7 @@ impl Writer {
     /// # Errors
     /// It cannot be written.
     pub fn finish(mut self) -> io::Result<Totals> {
-        self.put_mark(&Mark::End {
+        self.sink.mark(&Mark::End {
             rows: self.totals.rows,
             lost: self.totals.lost,
             missed: self.totals.missed,
@@ -204,15 +203,7 @@ impl Writer {
     /// # Errors
     /// It cannot be written.
     pub fn break_off(mut self) -> io::Result<Totals> {
-        self.totals.bytes = match self.sink {
-            Sink::Csv(csv) => csv.finish()?,
-            Sink::Mcap(mcap) => mcap.finish()?,
-            Sink::Parquet(parquet) => parquet.finish()?,
-            Sink::Spool(spool) => {
-                self.totals.bytes = spool.finish()?;
-                return Ok(self.totals);
-            }
-        };
+        self.totals.bytes = self.sink.finish()?;
         sync(&self.file)?;
         Ok(self.totals)
     }
@@ -226,25 +217,8 @@ impl Writer {
     #[must_use]
     pub fn totals(&self) -> Totals {
         Totals {
-            bytes: match &self.sink {
-                Sink::Csv(csv) => csv.bytes(),
-                Sink::Mcap(mcap) => mcap.bytes(),
-                Sink::Parquet(parquet) => parquet.bytes(),
-                Sink::Spool(spool) => spool.mcap.bytes(),
-            },
+            bytes: self.sink.bytes(),
             ..self.totals
-        }
-    }
-
-    fn put_mark(&mut self, mark: &Mark) -> io::Result<()> {
-        match &mut self.sink {
-            Sink::Csv(csv) => csv.mark(mark),
-            Sink::Mcap(mcap) => mcap.mark(mark),
-            Sink::Spool(spool) => spool.mcap.mark(mark),
-            Sink::Parquet(parquet) => {
-                parquet.mark(mark);
-                Ok(())
-            }
         }
     }
 

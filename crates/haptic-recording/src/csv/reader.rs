@@ -6,6 +6,7 @@ use crate::error::{Ending, Place, RecordingError, excerpt};
 use crate::format;
 use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
+use crate::reader::Source;
 use serde::Deserialize;
 use std::io::{BufRead, Read};
 
@@ -76,27 +77,22 @@ impl<R: BufRead> Reader<R> {
             dropped: 0,
         })
     }
+}
 
-    /// Under which circumstances it was made.
-    pub(crate) const fn metadata(&self) -> &Metadata {
+impl<R: BufRead + Send> Source for Reader<R> {
+    fn metadata(&self) -> &Metadata {
         &self.metadata
     }
 
-    /// How it ends, once everything has been read.
-    pub(crate) const fn ending(&self) -> Option<Ending> {
+    fn ending(&self) -> Option<Ending> {
         self.ending
     }
 
-    /// Bytes that could not be read, so far. After an error reading continues with the next line.
-    pub(crate) const fn dropped(&self) -> u64 {
+    fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// The next row or mark; nothing at its end.
-    ///
-    /// # Errors
-    /// A line is damaged.
-    pub(crate) fn entry(&mut self) -> Result<Option<Entry>, RecordingError> {
+    fn entry(&mut self) -> Result<Option<Entry>, RecordingError> {
         while self.ending.is_none() {
             let next = next_line(&mut self.input, &mut self.line, &mut self.text);
             match next.inspect_err(|_| self.dropped += self.text.len() as u64)? {
@@ -136,10 +132,6 @@ fn check_columns(at: u64, header: &str, axes: u8) -> Result<(), RecordingError> 
     let mut found = header.split(',').map(str::trim);
     for (index, column) in columns::columns(axes).iter().enumerate() {
         let name = found.next();
-        if name.is_none() && index >= columns::required(axes) {
-            // An earlier version wrote it.
-            break;
-        }
         if name != Some(column.name) {
             return Err(RecordingError::Column {
                 place: Place::Line(at),

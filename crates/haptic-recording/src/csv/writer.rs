@@ -6,6 +6,7 @@ use crate::format::version;
 use crate::mark::Mark;
 use crate::metadata::Metadata;
 use crate::rows::Rows;
+use crate::writer::Sink;
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 
@@ -30,15 +31,18 @@ impl<W: Write> Writer<W> {
         writer.remark(metadata)?;
         let names: Vec<&str> = columns(metadata.axes).iter().map(|column| column.name).collect();
         writeln!(writer.out, "{}", names.join(","))?;
-        writer.flush()?;
+        writer.out.flush()?;
         Ok(writer)
     }
 
-    /// Writes rows. Numbers are written so that they read back exactly.
-    ///
-    /// # Errors
-    /// They cannot be written.
-    pub(crate) fn rows(&mut self, rows: Rows<'_>) -> io::Result<()> {
+    fn remark<T: Serialize>(&mut self, value: &T) -> io::Result<()> {
+        let text = serde_json::to_string(value).map_err(io::Error::other)?;
+        writeln!(self.out, "# {text}")
+    }
+}
+
+impl<W: Write + Send> Sink for Writer<W> {
+    fn rows(&mut self, rows: Rows<'_>) -> io::Result<()> {
         let mut csv = ::csv::WriterBuilder::new()
             .has_headers(false)
             .from_writer(&mut self.out);
@@ -55,39 +59,21 @@ impl<W: Write> Writer<W> {
         csv.flush()
     }
 
-    /// Writes what happened before the next row.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub(crate) fn mark(&mut self, mark: &Mark) -> io::Result<()> {
+    fn mark(&mut self, mark: &Mark) -> io::Result<()> {
         self.remark(mark)
     }
 
-    /// Passes on what is in memory.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub(crate) fn flush(&mut self) -> io::Result<()> {
+    fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
     }
 
-    /// Passes on what is in memory; returns the bytes written in all.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub(crate) fn finish(mut self) -> io::Result<u64> {
+    fn finish(mut self: Box<Self>) -> io::Result<u64> {
         self.flush()?;
         Ok(self.out.bytes)
     }
 
-    /// Bytes written.
-    pub(crate) const fn bytes(&self) -> u64 {
+    fn bytes(&self) -> u64 {
         self.out.bytes
-    }
-
-    fn remark<T: Serialize>(&mut self, value: &T) -> io::Result<()> {
-        let text = serde_json::to_string(value).map_err(io::Error::other)?;
-        writeln!(self.out, "# {text}")
     }
 }
 

@@ -6,6 +6,7 @@ use super::{MARKS, MESSAGE_HEADER, METADATA, SAMPLES};
 use crate::error::{Ending, Place, RecordingError, excerpt};
 use crate::mark::{Entry, Mark};
 use crate::metadata::{Metadata, from_fields};
+use crate::reader::Source;
 use mcap::records::op;
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -95,22 +96,22 @@ impl<R: Read> Reader<R> {
             dropped: 0,
         })
     }
+}
 
-    /// Under which circumstances it was made.
-    pub(crate) const fn metadata(&self) -> &Metadata {
+impl<R: Read + Send> Source for Reader<R> {
+    fn metadata(&self) -> &Metadata {
         &self.metadata
     }
 
-    /// How it ends, once everything has been read.
-    pub(crate) const fn ending(&self) -> Option<Ending> {
+    fn ending(&self) -> Option<Ending> {
         self.ending
     }
 
-    /// The next row or mark; nothing at its end.
-    ///
-    /// # Errors
-    /// A record is damaged.
-    pub(crate) fn entry(&mut self) -> Result<Option<Entry>, RecordingError> {
+    fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    fn entry(&mut self) -> Result<Option<Entry>, RecordingError> {
         while self.ending.is_none() {
             if let Some(entry) = self.entry_of_chunk()? {
                 if matches!(entry, Entry::Mark(Mark::End { .. })) {
@@ -125,12 +126,9 @@ impl<R: Read> Reader<R> {
         }
         Ok(None)
     }
+}
 
-    /// Bytes that could not be read, so far. After an error reading continues behind what is damaged.
-    pub(crate) const fn dropped(&self) -> u64 {
-        self.dropped
-    }
-
+impl<R: Read> Reader<R> {
     /// Goes to the next record that has entries, or to the end.
     fn next_chunk(&mut self) -> Result<(), RecordingError> {
         let place = self.records.at();

@@ -6,6 +6,7 @@ use super::{MARK_SCHEMA, MARKS, METADATA, SAMPLES};
 use crate::mark::Mark;
 use crate::metadata::{Metadata, to_fields};
 use crate::rows::Rows;
+use crate::writer::Sink;
 use haptic_ipc::Sample;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
@@ -87,12 +88,10 @@ impl Writer {
             size,
         })
     }
+}
 
-    /// Writes rows.
-    ///
-    /// # Errors
-    /// They cannot be written.
-    pub(crate) fn rows(&mut self, rows: Rows<'_>) -> io::Result<()> {
+impl Sink for Writer {
+    fn rows(&mut self, rows: Rows<'_>) -> io::Result<()> {
         for (row, y) in rows.iter() {
             self.layout.encode(row, y, &mut self.data);
             self.clock.advance(row);
@@ -105,11 +104,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes what happened before the next row.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub(crate) fn mark(&mut self, mark: &Mark) -> io::Result<()> {
+    fn mark(&mut self, mark: &Mark) -> io::Result<()> {
         let text = serde_json::to_vec(mark)?;
         let header = self.clock.header(self.marks);
         self.is_due = true;
@@ -117,10 +112,7 @@ impl Writer {
     }
 
     /// Puts the chunk into the file.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub(crate) fn flush(&mut self) -> io::Result<()> {
+    fn flush(&mut self) -> io::Result<()> {
         // A chunk without a message would say that the recording began in 1970.
         if !std::mem::take(&mut self.is_due) {
             return Ok(());
@@ -128,16 +120,12 @@ impl Writer {
         self.mcap.flush().map_err(io_error)
     }
 
-    /// Size of the file, bytes.
-    pub(crate) fn bytes(&self) -> u64 {
+    fn bytes(&self) -> u64 {
         self.size.load(Ordering::Relaxed)
     }
 
-    /// Adds the summary; returns the size of the file, bytes.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub(crate) fn finish(mut self) -> io::Result<u64> {
+    /// Adds the summary.
+    fn finish(mut self: Box<Self>) -> io::Result<u64> {
         self.mcap.finish().map_err(io_error)?;
         self.mcap.into_inner().into_inner().finish()?;
         Ok(self.size.load(Ordering::Relaxed))

@@ -5,6 +5,7 @@ use crate::columns::{self, Column, Kind, STATES};
 use crate::error::{Ending, Place, RecordingError};
 use crate::mark::{Entry, Mark};
 use crate::metadata::{Metadata, from_fields};
+use crate::reader::Source;
 use haptic_ipc::{Sample, SampleY};
 use haptic_motion::guard::{Pages, guarded};
 use parquet::column::reader::ColumnReaderImpl;
@@ -93,28 +94,23 @@ impl Reader {
             ending: None,
         })
     }
+}
 
-    /// Under which circumstances it was made.
-    pub(crate) const fn metadata(&self) -> &Metadata {
+impl Source for Reader {
+    fn metadata(&self) -> &Metadata {
         &self.metadata
     }
 
-    /// Rows that were handed out, and those that the footer announces.
-    pub(crate) fn rows_read(&self) -> (u64, u64) {
+    fn rows_read(&self) -> Option<(u64, u64)> {
         let rows = self.file.metadata().file_metadata().num_rows();
-        (self.handed, u64::try_from(rows).unwrap_or(0))
+        Some((self.handed, u64::try_from(rows).unwrap_or(0)))
     }
 
-    /// How it ends, once everything has been read.
-    pub(crate) const fn ending(&self) -> Option<Ending> {
+    fn ending(&self) -> Option<Ending> {
         self.ending
     }
 
-    /// The next row or mark; nothing at its end.
-    ///
-    /// # Errors
-    /// A group of rows is damaged.
-    pub(crate) fn entry(&mut self) -> std::result::Result<Option<Entry>, RecordingError> {
+    fn entry(&mut self) -> std::result::Result<Option<Entry>, RecordingError> {
         if self.ending.is_some() {
             return Ok(None);
         }
@@ -147,7 +143,9 @@ impl Reader {
         });
         Ok(None)
     }
+}
 
+impl Reader {
     /// Reads the next rows; none at the end.
     fn next_rows(&mut self) -> Result<std::result::Result<(), String>> {
         while self.left == 0 {
@@ -255,19 +253,13 @@ fn columns_of<R: ChunkReader + 'static>(
             found,
         };
         let found = (0..schema.num_columns()).find(|found| schema.column(*found).path().string() == column.name);
-        match found {
-            Some(found) => {
-                let description = schema.column(found);
-                let physical = description.physical_type().to_string();
-                if physical != type_of(column.kind).0 || description.max_rep_level() > 0 {
-                    return Err(failed(format!("{physical} {}", column.name)));
-                }
-                columns.push((found, column));
-            }
-            // An earlier version wrote it.
-            None if index >= columns::required(axes) => {}
-            None => return Err(failed(String::new())),
+        let found = found.ok_or_else(|| failed(String::new()))?;
+        let description = schema.column(found);
+        let physical = description.physical_type().to_string();
+        if physical != type_of(column.kind).0 || description.max_rep_level() > 0 {
+            return Err(failed(format!("{physical} {}", column.name)));
         }
+        columns.push((found, column));
     }
     Ok(columns)
 }

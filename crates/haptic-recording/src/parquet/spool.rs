@@ -2,10 +2,12 @@
 
 use super::{Numbers, Writer};
 use crate::error::RecordingError;
-use crate::mark::Entry;
+use crate::mark::{Entry, Mark};
 use crate::mcap;
 use crate::metadata::Metadata;
+use crate::reader::Source as _;
 use crate::rows::Rows;
+use crate::writer::Sink;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -20,7 +22,7 @@ pub(crate) fn spool_of(path: &Path) -> PathBuf {
 
 /// Rows and marks on their way into a Parquet file.
 pub(crate) struct Spool {
-    pub(crate) mcap: mcap::Writer,
+    mcap: Box<mcap::Writer>,
     path: PathBuf,
     metadata: Metadata,
     parquet: File,
@@ -41,25 +43,40 @@ impl Spool {
         let named = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
         let file = File::create_new(&path).map_err(named)?;
         let spool = Self {
-            mcap: mcap::Writer::new(file.try_clone()?, metadata)?,
+            mcap: Box::new(mcap::Writer::new(file.try_clone()?, metadata)?),
             metadata: metadata.clone(),
             parquet,
             path,
         };
         Ok((spool, file))
     }
+}
 
-    /// Moves everything into the Parquet file; returns its size, bytes.
-    ///
-    /// # Errors
-    /// It cannot be written. Then everything stays where it is.
-    pub(crate) fn finish(self) -> io::Result<u64> {
+impl Sink for Spool {
+    fn rows(&mut self, rows: Rows<'_>) -> io::Result<()> {
+        self.mcap.rows(rows)
+    }
+
+    fn mark(&mut self, mark: &Mark) -> io::Result<()> {
+        self.mcap.mark(mark)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.mcap.flush()
+    }
+
+    fn bytes(&self) -> u64 {
+        self.mcap.bytes()
+    }
+
+    /// Moves everything into the Parquet file. Where that fails, everything stays where it is.
+    fn finish(self: Box<Self>) -> io::Result<u64> {
         let Self {
             mcap,
             path,
             metadata,
             parquet,
-        } = self;
+        } = *self;
         mcap.finish()?;
         let moved = convert(&path, &parquet, &metadata).and_then(|bytes| {
             parquet.sync_all()?;
@@ -85,11 +102,11 @@ fn convert(spool: &Path, parquet: &File, metadata: &Metadata) -> io::Result<u64>
     input.read_exact(&mut [0; ::mcap::MAGIC.len()])?;
     let other = |error: RecordingError| io::Error::other(error);
     let mut reader = mcap::Reader::new(input).map_err(other)?;
-    let mut writer = Writer::new(parquet, metadata, Numbers::Small)?;
+    let mut writer = Box::new(Writer::new(parquet, metadata, Numbers::Small)?);
     while let Some(entry) = reader.entry().map_err(other)? {
         match entry {
             Entry::Row(row, y) => writer.rows(Rows::one(&row, y.as_ref()))?,
-            Entry::Mark(mark) => writer.mark(&mark),
+            Entry::Mark(mark) => writer.mark(&mark)?,
         }
     }
     writer.finish()

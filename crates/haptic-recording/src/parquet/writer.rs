@@ -5,6 +5,7 @@ use crate::columns::{Column, Kind, STATES, columns};
 use crate::mark::Mark;
 use crate::metadata::{Metadata, to_fields};
 use crate::rows::Rows;
+use crate::writer::Sink;
 use haptic_ipc::{Sample, SampleY};
 use parquet::basic::{Compression, Encoding};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type, Int64Type};
@@ -102,12 +103,10 @@ impl<W: Write + Send> Writer<W> {
             marks: Vec::new(),
         })
     }
+}
 
-    /// Writes rows.
-    ///
-    /// # Errors
-    /// They cannot be written.
-    pub(crate) fn rows(&mut self, mut rows: Rows<'_>) -> io::Result<()> {
+impl<W: Write + Send> Sink for Writer<W> {
+    fn rows(&mut self, mut rows: Rows<'_>) -> io::Result<()> {
         self.rows += rows.samples.len() as u64;
         while !rows.samples.is_empty() {
             let (now, later) = rows.split_at(rows.samples.len().min(GROUP - self.group.len()));
@@ -121,21 +120,22 @@ impl<W: Write + Send> Writer<W> {
         Ok(())
     }
 
-    /// Takes what happened before the next row.
-    pub(crate) fn mark(&mut self, mark: &Mark) {
+    fn mark(&mut self, mark: &Mark) -> io::Result<()> {
         self.marks.push((self.rows, mark.clone()));
+        Ok(())
     }
 
-    /// Bytes written so far.
-    pub(crate) fn bytes(&self) -> u64 {
+    /// A group of rows is written whole.
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn bytes(&self) -> u64 {
         self.file.bytes_written() as u64
     }
 
-    /// Writes the footer; returns the bytes written in all.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub(crate) fn finish(mut self) -> io::Result<u64> {
+    /// Writes the footer.
+    fn finish(mut self: Box<Self>) -> io::Result<u64> {
         self.end_group()?;
         let marks = serde_json::to_string(&self.marks)?;
         self.file
@@ -143,7 +143,9 @@ impl<W: Write + Send> Writer<W> {
         self.file.finish().map_err(io_error)?;
         Ok(self.file.bytes_written() as u64)
     }
+}
 
+impl<W: Write + Send> Writer<W> {
     fn end_group(&mut self) -> io::Result<()> {
         if self.group.is_empty() {
             return Ok(());

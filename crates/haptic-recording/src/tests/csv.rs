@@ -130,34 +130,3 @@ fn remarks_and_what_a_later_version_adds_are_passed_over() {
         read_bytes(whole.as_bytes()).expect("reads")
     );
 }
-
-#[test]
-fn earlier_version_recording_reads_without_added_columns() {
-    let whole = String::from_utf8(recording(&[sample(1)])).expect("text");
-    let added = SAMPLE_COLUMNS[haptic_ipc::FIRST_SAMPLE_COLUMNS..].join(",");
-    let earlier = whole
-        .replace(&format!(",{added}"), "")
-        .replace(",0,0,0,0.0,0,0\n", "\n");
-    let lines: Vec<&str> = earlier.lines().collect();
-    assert!(lines[2].ends_with(",device_round_trip_ns"), "{}", lines[2]);
-    assert_eq!(lines[2].split(',').count(), lines[3].split(',').count(), "{}", lines[3]);
-    assert_eq!(read_bytes(earlier.as_bytes()).expect("reads").rows, [sample(1)]);
-}
-
-#[test]
-fn a_full_disk_is_an_error_and_not_a_short_recording() {
-    if !Path::new("/dev/full").exists() {
-        test_run::skip("/dev/full", "run on Linux");
-        return;
-    }
-    let directory = tempfile::tempdir().expect("a directory");
-    let path = directory.path().join("full.csv");
-    std::os::unix::fs::symlink("/dev/full", &path).expect("a link");
-    let error = Writer::create(&path, &metadata(), true)
-        .map(drop)
-        .expect_err("nothing fits");
-    let CreateError::File { source, .. } = error else {
-        panic!("{error}");
-    };
-    assert_eq!(source.kind(), std::io::ErrorKind::StorageFull);
-}

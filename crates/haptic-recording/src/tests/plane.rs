@@ -17,32 +17,6 @@ fn rows(ticks: std::ops::RangeInclusive<u64>) -> Vec<Entry> {
     ticks.map(|tick| Entry::Row(sample(tick), Some(y(tick)))).collect()
 }
 
-/// What stands for the version in each format.
-fn versions(axes: u8) -> [(Format, Vec<u8>); 3] {
-    [
-        (Format::Csv, format!("# hapticd recording {axes}\n").into_bytes()),
-        (
-            Format::Mcap,
-            [b"version\x01\0\0\0", axes.to_string().as_bytes()].concat(),
-        ),
-        (
-            Format::Parquet,
-            [b"hapticd.version\x18\x01", axes.to_string().as_bytes()].concat(),
-        ),
-    ]
-}
-
-#[test]
-fn second_axis_makes_version_2() {
-    for axes in [1, 2] {
-        for (format, version) in versions(axes) {
-            let (bytes, _) = written(format, &Metadata { axes, ..metadata() }, &[]);
-            let is_there = bytes.windows(version.len()).any(|found| found == version);
-            assert!(is_there, "{format} of {axes} axes");
-        }
-    }
-}
-
 #[test]
 fn csv_has_the_second_axis_behind_the_first() {
     let (bytes, _) = written(Format::Csv, &about(), &rows(7..=7));

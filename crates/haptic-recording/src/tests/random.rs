@@ -174,31 +174,3 @@ proptest! {
         drop(read_bytes(&bytes));
     }
 }
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(32))]
-
-    #[test]
-    fn every_conversion_keeps_every_bit((axes, entries) in any_entries()) {
-        let folder = in_memory();
-        let file = |number: usize, format: Format| {
-            let name = format!("{number}.{}", format.ending());
-            folder.path().join(name)
-        };
-        let about = Metadata { axes, ..metadata() };
-        let mut from = file(0, Format::Csv);
-        std::fs::write(&from, written(Format::Csv, &about, &entries).0).expect("written");
-        // Each format from each other.
-        let formats = [Format::Mcap, Format::Parquet, Format::Csv, Format::Parquet, Format::Mcap, Format::Csv];
-        for (number, format) in (1..).zip(formats) {
-            let to = file(number, format);
-            export(&from, &to, false).expect("exported");
-            let mut reader = open_any(&to).expect("opens");
-            prop_assert_eq!(reader.metadata(), &about);
-            let mut read: Vec<Entry> = reader.by_ref().collect::<Result<_, _>>().expect("reads");
-            read.pop();
-            check_bits(&read, &entries)?;
-            from = to;
-        }
-    }
-}
