@@ -42,10 +42,7 @@ impl FromStr for Address {
                 .and_then(|(place, options)| ODriveOptions::parse(place, options))
                 .map(Self::ODrive),
             _ if !KINDS.contains(&kind) => Err(unknown_kind(kind, &[KINDS, BOARDS].concat())),
-            _ => text
-                .parse()
-                .map(Self::Native)
-                .map_err(|error: device_io::address::AddressError| error.why),
+            _ => text.parse().map(Self::Native),
         }
         .map_err(|why| AddressError {
             address: text.to_owned(),
@@ -119,7 +116,7 @@ mod tests {
     fn device_address_parses_every_kind_and_error_lists_them() {
         for text in ["fake", "serial:/dev/ttyACM0?baud=500000", "hid:1209:000a:17"] {
             let address: Address = text.parse().expect(text);
-            assert_eq!(Ok(address.clone()), text.parse().map(Address::Native));
+            assert_eq!(Ok(&address), text.parse().map(Address::Native).as_ref());
             assert_eq!(address.to_string(), text);
         }
         assert_eq!("fake".parse(), Ok(Address::FAKE));

@@ -13,20 +13,13 @@
 //! None of this has been tried on a real board; the fakes in [`fake`] speak the published
 //! protocols. docs/how-to/firmware.md says how to set a board up.
 //!
-//! A board is a folder with its options, its connector and its dialect: the words of its protocol.
-//! What boards share exists once: the conversation (questions for positions, switching on and off,
-//! time limits), the greeting and the connection over a serial line. [`Address`] lists the boards.
+//! A board is a folder. [`Address`] lists the boards.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 mod address;
-mod connection;
-mod conversation;
 pub mod fake;
-mod feedback;
-mod greeting;
 mod odrive;
-mod text;
 
 pub use address::{Address, AddressError};
 pub use odrive::ODriveOptions;

@@ -128,7 +128,7 @@ fn tick_on_board_does_not_allocate() {
         let sample = connection.read(now_ns);
         // Where this thread waited for a processor longer than a watchdog waits for it, it lets
         // go and begins anew.
-        let written = connection.write(2.0, enabled && sample.is_ok(), now_ns);
+        let written = connection.write([2.0, 0.0], enabled && sample.is_ok(), now_ns);
         assert_eq!(COUNT.get(), before, "a tick allocates");
         std::thread::yield_now();
         let newest = sample.ok().flatten().map_or(sequence, |sample| sample.sequence);

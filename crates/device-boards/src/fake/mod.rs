@@ -2,6 +2,5 @@
 //! that speaks its maker's published protocol.
 
 mod odrive;
-mod pulley;
 
 pub use odrive::{ODriveBoard, ODriveProperties};

@@ -1,13 +1,13 @@
 //! Finding and greeting an ODrive: its firmware, its limits, and a motor that is off.
 
+use super::connection::TextConnection;
+use super::conversation::{Conversation, Scale};
 use super::dialect::{ODriveDialect, WATCHDOG_MS};
 use super::generation::Generation;
+use super::greeting::{ATTEMPTS, Greeting};
 use super::options::ODriveOptions;
+use super::text::{Text, number};
 use super::words::{self, Answer};
-use crate::connection::TextConnection;
-use crate::conversation::{Conversation, Scale};
-use crate::greeting::{ATTEMPTS, Greeting};
-use crate::text::{Text, number};
 use device_io::link::{
     ConnectError, Connector, DeviceInfo, GreetedDevice, LinkCounters, LoopTiming, RigIdentity, folder_of,
 };

@@ -6,10 +6,10 @@
 //! back before the axis may close its loop: no torque without the watchdog. While the motor is off,
 //! only `f` is sent, and from time to time a question whether the axis is really off.
 
+use super::conversation::{Axis, Motor, is_due};
 use super::generation::Generation;
+use super::text::{Text, number};
 use super::words::{self, Answer, Damage};
-use crate::conversation::{Axis, Dialect, Motor, is_due};
-use crate::text::{Text, number};
 use device_io::DeviceError;
 use device_io::link::{LinkError, add};
 use device_io::protocol::message::{ErrorCode, ErrorReport};
@@ -264,8 +264,10 @@ fn note(report: ErrorReport, axis: &Axis, now_ns: u64) {
     axis.counters().note_error(LinkError::Device(report), now_ns);
 }
 
-impl Dialect for ODriveDialect {
-    fn receive(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64) {
+/// What a conversation asks of it.
+impl ODriveDialect {
+    /// Interprets a line of the controller, without its end.
+    pub(super) fn receive(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64) {
         match words::read(line) {
             Ok(Answer::Feedback(turns, _)) => axis.feedback.take(turns, now_ns),
             Ok(Answer::Value(value)) => self.take_value(value, axis, now_ns),
@@ -278,46 +280,55 @@ impl Dialect for ODriveDialect {
         }
     }
 
-    fn sensor_error(&self) -> Option<DeviceError> {
+    /// An error of the position sensor, whatever the motor does.
+    pub(super) fn sensor_error(&self) -> Option<DeviceError> {
         (self.axis_errors & self.generation.encoder_bit != 0).then_some(DeviceError::Failed(ErrorReport {
             code: ErrorCode::Sensor,
             detail: self.axis_errors,
         }))
     }
 
-    fn is_contradicted(&self, now_ns: u64) -> bool {
+    /// Whether the controller has contradicted for too long that its motor is on.
+    pub(super) fn is_contradicted(&self, now_ns: u64) -> bool {
         self.doubted_at_ns
             .is_some_and(|since_ns| now_ns.saturating_sub(since_ns) > ANSWER_NS)
     }
 
-    fn ask_position(&self, out: &mut Text) -> bool {
+    /// Writes the question for the position; whether there was room for it.
+    pub(super) fn ask_position(&self, out: &mut Text) -> bool {
         words::write(out, format_args!("f {}", self.axis))
     }
 
-    fn drive(&self, target: f64, out: &mut Text) {
+    /// Writes a torque, Nm.
+    pub(super) fn drive(&self, target: f64, out: &mut Text) {
         let torque_nm = if self.doubted_at_ns.is_some() { 0.0 } else { target };
         words::write(out, format_args!("c {} {torque_nm:.5}", self.axis));
     }
 
-    fn watch_on(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
+    /// Asks from time to time whether the motor is still on.
+    pub(super) fn watch_on(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
         self.watch(ASK_ON_NS, axis, now_ns, out);
     }
 
-    fn switch_off(&self, out: &mut Text) {
+    /// Writes the commands that switch the motor off.
+    pub(super) fn switch_off(&self, out: &mut Text) {
         let axis = self.axis;
         words::write(out, format_args!("c {axis} 0"));
         words::write(out, format_args!("w axis{axis}.requested_state {IDLE}"));
     }
 
-    fn begin_off(&mut self, axis: &mut Axis) {
+    /// The motor has been commanded off, for the first time since it was on.
+    pub(super) fn begin_off(&mut self, axis: &mut Axis) {
         self.ask_next(Question::State, axis);
     }
 
-    fn confirm_off(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
+    /// Asks whether the motor is off.
+    pub(super) fn confirm_off(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
         self.ask(Question::State, axis, now_ns, out);
     }
 
-    fn watch_off(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
+    /// Asks from time to time whether the motor is still off.
+    pub(super) fn watch_off(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
         if self.watchdog_is_over {
             // Nobody feeds it any more, and it would leave an error behind. Not before the motor is
             // known to be off.
@@ -327,12 +338,14 @@ impl Dialect for ODriveDialect {
         self.watch(ASK_OFF_NS, axis, now_ns, out);
     }
 
-    fn begin_arming(&mut self) {
+    /// Force is wanted, for the first time since the motor was off.
+    pub(super) fn begin_arming(&mut self) {
         self.armed_steps = 0;
         self.doubted_at_ns = None;
     }
 
-    fn arm(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
+    /// One step towards a motor that is on.
+    pub(super) fn arm(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
         let Motor::Arming { since_ns, sent_at_ns } = axis.motor else {
             return;
         };

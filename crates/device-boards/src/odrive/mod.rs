@@ -4,12 +4,17 @@
 //! Source: ODrive's documentation, "ASCII Protocol" and "API reference" (docs.odriverobotics.com,
 //! firmware 0.5.6 and 0.6).
 
+mod connection;
 mod connector;
+mod conversation;
 mod dialect;
+mod feedback;
 mod generation;
+mod greeting;
 mod options;
 #[cfg(test)]
 mod tests;
+mod text;
 #[cfg(test)]
 mod virtual_line;
 mod words;

@@ -122,14 +122,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn force_and_position_go_over_the_pulley_and_turn_together() {
-        let text = "radius_mm=5&torque_limit_nm=0.1&direction=-1";
-        let options = ODriveOptions::parse("x", Some(text)).expect("right");
-        assert!((options.metres_per_turn() + TAU * 5e-3).abs() < 1e-15);
-        assert!((options.newtons_per_nm() + 200.0).abs() < 1e-9);
-    }
-
-    #[test]
     fn every_option_is_checked_and_the_error_names_it() {
         for (options, why) in [
             (None, "odrive needs radius_mm, from 0.5 to 500 mm, as in radius_mm=5"),

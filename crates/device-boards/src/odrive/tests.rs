@@ -3,9 +3,9 @@
 use super::dialect::ODriveDialect;
 use super::generation::Generation;
 use super::options::ODriveOptions;
+use super::text::{Text, TooLong};
 use super::virtual_line::{MS, VirtualLine as Line};
 use crate::fake::{ODriveBoard, ODriveProperties};
-use crate::text::{Text, TooLong};
 use device_io::fake::{Hand, HandMotion, Misbehaviour, RigProperties};
 use device_io::protocol::message::{ErrorCode, ErrorReport};
 use device_io::{DeviceError, Motor};

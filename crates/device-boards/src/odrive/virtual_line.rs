@@ -1,10 +1,10 @@
 //! A conversation with a fake board in virtual time: without a thread or a terminal, and the same
 //! in every run.
 
+use super::conversation::{Conversation, Scale};
 use super::dialect::ODriveDialect;
-use crate::conversation::{Conversation, Scale};
+use super::text::{Lines, Text};
 use crate::fake::ODriveBoard;
-use crate::text::{Lines, Text};
 use device_io::fake::{Channel, Quality};
 use device_io::link::LinkCounters;
 use device_io::{DeviceError, Measurement};
@@ -19,7 +19,7 @@ const STEP_NS: u64 = 100_000;
 
 /// A host and a board with a line between them.
 pub(super) struct VirtualLine {
-    pub(super) conversation: Conversation<ODriveDialect>,
+    pub(super) conversation: Conversation,
     pub(super) board: ODriveBoard,
     pub(super) quality: Quality,
     pub(super) counters: Arc<LinkCounters>,

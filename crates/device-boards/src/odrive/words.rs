@@ -1,7 +1,7 @@
 //! The lines of ODrive's ASCII protocol by its documentation: `command *checksum`, and an answer
 //! with a checksum to a command with one.
 
-use crate::text::{Text, number};
+use super::text::{Text, number};
 use std::fmt::{self, Write as _};
 
 /// An answer.

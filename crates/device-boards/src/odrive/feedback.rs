@@ -181,19 +181,6 @@ mod tests {
     }
 
     #[test]
-    fn positions_begin_at_zero_and_are_numbered() {
-        let mut feedback = feedback();
-        for k in 1..=3_u32 {
-            assert!(feedback.may_ask(u64::from(k) * MS));
-            feedback.ask(u64::from(k) * MS);
-            feedback.take(100.0 + 0.1 * f64::from(k), u64::from(k) * MS + MS / 2);
-            let sample = feedback.measurement(u64::from(k + 1) * MS).expect("it is there");
-            assert_eq!((sample.sequence, sample.time_ns), (k, u64::from(k) * MS));
-            assert!((sample.position_m - 1e-3 * f64::from(k)).abs() < 1e-12, "{sample:?}");
-        }
-    }
-
-    #[test]
     fn lost_answers_make_room_for_new_questions() {
         let mut feedback = feedback();
         for k in 0..WINDOW as u64 {

@@ -1,7 +1,7 @@
 //! The greeting of a controller: every question waits for its answer. The keeper does this, which
 //! may wait.
 
-use crate::text::Lines;
+use super::text::Lines;
 use device_io::link::{ConnectError, SerialLine};
 use device_io::now_ns;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! A controller on a serial line, greeted, as the real-time thread reads and writes it.
 
-use crate::conversation::{CommandState, Conversation, Dialect};
-use crate::text::{Lines, Text};
+use super::conversation::{CommandState, Conversation};
+use super::text::{Lines, Text};
 use device_io::link::{Connection, LinkCounters, SendOutcome, SerialLine, add};
 use device_io::{DeviceError, Measurement, Written, now_ns};
 use std::sync::Arc;
@@ -9,17 +9,17 @@ use std::sync::atomic::Ordering::Relaxed;
 
 /// A serial line and the conversation on it.
 #[derive(Debug)]
-pub(crate) struct TextConnection<D: Dialect> {
+pub(crate) struct TextConnection {
     line: SerialLine,
     lines: Lines,
-    conversation: Conversation<D>,
+    conversation: Conversation,
     counters: Arc<LinkCounters>,
     /// What became of the force, or the switching off, that was last sent.
     last_sent: SendOutcome,
 }
 
-impl<D: Dialect> TextConnection<D> {
-    pub(crate) fn new(line: SerialLine, conversation: Conversation<D>, counters: Arc<LinkCounters>) -> Self {
+impl TextConnection {
+    pub(crate) fn new(line: SerialLine, conversation: Conversation, counters: Arc<LinkCounters>) -> Self {
         Self {
             line,
             lines: Lines::default(),
@@ -44,8 +44,8 @@ impl<D: Dialect> TextConnection<D> {
     }
 }
 
-impl<D: Dialect> Connection for TextConnection<D> {
-    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
+impl Connection for TextConnection {
+    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         let Self {
             line,
             lines,
@@ -55,10 +55,11 @@ impl<D: Dialect> Connection for TextConnection<D> {
         let read = line.read(|bytes| lines.take(bytes, |line| conversation.take(line, now_ns)));
         line.note_failure(&self.counters, now_ns);
         read?;
-        conversation.measurement(now_ns).map(Some)
+        let measured = conversation.measurement(now_ns)?;
+        Ok(Some(measured.at([measured.position_m, 0.0])))
     }
 
-    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
+    fn write(&mut self, [force_n, _]: [f64; 2], enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
         let mut text = Text::default();
         let state = self.conversation.command(force_n, enabled, now_ns, &mut text);
         let sent = self.send(&text, now_ns)?;
@@ -78,7 +79,7 @@ impl<D: Dialect> Connection for TextConnection<D> {
     }
 }
 
-impl<D: Dialect> Drop for TextConnection<D> {
+impl Drop for TextConnection {
     fn drop(&mut self) {
         let mut text = Text::default();
         self.conversation.farewell(&mut text);
@@ -91,57 +92,20 @@ impl<D: Dialect> Drop for TextConnection<D> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::dialect::ODriveDialect;
+    use super::super::generation::Generation;
     use super::*;
-    use crate::conversation::{Axis, Motor, Scale};
+    use crate::odrive::conversation::Scale;
     use device_io::fake::Port;
-    use std::fmt;
 
     const MS: u64 = 1_000_000;
-
-    /// A controller that is on as soon as it is commanded on, and is asked nothing.
-    #[derive(Debug)]
-    struct QuietDevice;
-
-    fn line(text: &str, out: &mut Text) -> bool {
-        out.whole(|out| fmt::Write::write_str(out, text))
-    }
-
-    impl Dialect for QuietDevice {
-        fn receive(&mut self, _line: &[u8], axis: &mut Axis, _now_ns: u64) {
-            if let Motor::Off { confirmed, .. } = &mut axis.motor {
-                *confirmed = true;
-            }
-        }
-
-        fn ask_position(&self, _out: &mut Text) -> bool {
-            false
-        }
-
-        fn drive(&self, _target: f64, out: &mut Text) {
-            line("force\n", out);
-        }
-
-        fn watch_on(&mut self, _axis: &mut Axis, _now_ns: u64, _out: &mut Text) {}
-
-        fn switch_off(&self, out: &mut Text) {
-            line("off\n", out);
-        }
-
-        fn watch_off(&mut self, _axis: &mut Axis, _now_ns: u64, _out: &mut Text) {}
-
-        fn begin_arming(&mut self) {}
-
-        fn arm(&mut self, axis: &mut Axis, _now_ns: u64, _out: &mut Text) {
-            axis.motor = Motor::On;
-        }
-    }
 
     #[test]
     fn switch_off_counts_once_sent_or_confirmed() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("board");
         let board = Port::plug_in(&path).expect("a terminal");
-        let serial_line = SerialLine::open(&path, 1_000_000).expect("it is there");
+        let line = SerialLine::open(&path, 1_000_000).expect("it is there");
         let mut now_ns = 1000 * MS;
         let scale = Scale {
             first_angle: 0.0,
@@ -150,22 +114,21 @@ mod tests {
             newtons_per_target: 1.0,
             target_limit: 1.0,
         };
-        let conversation = Conversation::new(QuietDevice, scale, MS, now_ns, Arc::default());
-        let mut connection = TextConnection::new(serial_line, conversation, Arc::default());
-        assert_eq!(
-            connection.write(1.0, true, now_ns),
-            Ok(Written::Later),
-            "it is switched on first"
-        );
-        // Nobody reads until the line takes no more.
-        let fill = |connection: &mut TextConnection<QuietDevice>, now_ns: u64| {
-            let full = (0..100_000).find(|_| connection.write(1.0, true, now_ns) == Ok(Written::Later));
+        let generation = Generation::of([0.0, 5.0, 6.0]).expect("new enough");
+        let dialect = ODriveDialect::new(0, generation);
+        let conversation = Conversation::new(dialect, scale, MS, now_ns, Arc::default());
+        let mut connection = TextConnection::new(line, conversation, Arc::default());
+        let switch_on = |connection: &mut TextConnection, now_ns: u64| {
+            let written = connection.write([1.0, 0.0], true, now_ns);
+            assert_eq!(written, Ok(Written::Later), "it is switched on first");
+            // Nobody reads until the line takes no more.
+            let full = (0..100_000).find(|_| connection.line.write(b"noise\n", now_ns) != Ok(SendOutcome::Taken));
             assert!(full.is_some_and(|writes| writes > 0), "nobody reads that much");
         };
-        fill(&mut connection, now_ns);
-        let mut off = |connection: &mut TextConnection<QuietDevice>, later_ns: u64| {
+        switch_on(&mut connection, now_ns);
+        let mut off = |connection: &mut TextConnection, later_ns: u64| {
             now_ns += later_ns;
-            connection.write(0.0, false, now_ns)
+            connection.write([0.0; 2], false, now_ns)
         };
         assert_eq!(off(&mut connection, MS), Ok(Written::Later), "there is no room");
         assert_eq!(off(&mut connection, MS), Ok(Written::Later), "nor was it sent before");
@@ -179,21 +142,20 @@ mod tests {
         );
         assert_eq!(off(&mut connection, 10 * MS), Ok(Written::Taken), "sent again");
         assert_eq!(off(&mut connection, MS), Ok(Written::Taken), "that counts on");
+        received.clear();
         read(&mut received);
-        assert!(
-            received.ends_with(b"force\noff\n"),
-            "{:?}",
-            String::from_utf8_lossy(&received)
-        );
-        // A force, and then no room for the switching off, which the controller does by itself.
-        assert_eq!(
-            connection.write(1.0, true, now_ns),
-            Ok(Written::Later),
-            "it is switched on first"
-        );
-        fill(&mut connection, now_ns);
-        assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Later));
-        connection.conversation.take(Ok(b"it is off"), now_ns);
-        assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Taken));
+        let text = String::from_utf8_lossy(&received);
+        assert!(text.contains("w axis0.requested_state 1 *"), "{text}");
+        // No room for the switching off, which the controller does by itself.
+        now_ns += 100 * MS;
+        switch_on(&mut connection, now_ns);
+        assert_eq!(connection.write([0.0; 2], false, now_ns), Ok(Written::Later));
+        // Nothing is asked while the answer to a question of before may come.
+        assert_eq!(connection.write([0.0; 2], false, now_ns), Ok(Written::Later));
+        now_ns += 41 * MS;
+        assert_eq!(connection.write([0.0; 2], false, now_ns), Ok(Written::Later));
+        // The answer to the question for its state: idle.
+        connection.conversation.take(Ok(b"1*49"), now_ns);
+        assert_eq!(connection.write([0.0; 2], false, now_ns), Ok(Written::Taken));
     }
 }
