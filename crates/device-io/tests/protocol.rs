@@ -231,15 +231,8 @@ fn another_version_kind_or_length_is_refused_by_name() {
     assert!(View::whole(&good[..5]).is_err() && View::padded(&good[..5], Axes::One).is_err());
     assert_eq!(View::whole(&[]), Err(ViewError::Empty));
     let impossible = FromDevice::Hello(DeviceHello {
-        nonce: 0,
         counts_per_metre: f32::NAN,
-        force_limit_mn: 0,
-        sample_rate_hz: 1000,
-        watchdog_ms: 50,
-        buttons: 0,
-        wide: false,
-        firmware: [0; 24],
-        two_axes: None,
+        ..hello()
     });
     let bytes = impossible.bytes();
     let view = View::whole(bytes.as_slice()).expect("a message");
@@ -247,28 +240,56 @@ fn another_version_kind_or_length_is_refused_by_name() {
     assert!(error.to_string().contains("invalid counts_per_metre: NaN"), "{error}");
 }
 
-/// The document's test vectors, in its order.
-fn vectors() -> Vec<(&'static str, Vec<u8>)> {
-    let device = |message: FromDevice| message.bytes().as_slice().to_vec();
-    let host = |message: FromHost| message.bytes().as_slice().to_vec();
-    let sample = DeviceSample {
+fn device(message: FromDevice) -> Vec<u8> {
+    message.bytes().as_slice().to_vec()
+}
+
+fn host(message: FromHost) -> Vec<u8> {
+    message.bytes().as_slice().to_vec()
+}
+
+/// The hello of the document's vectors, of a device with one axis.
+fn hello() -> DeviceHello {
+    DeviceHello {
+        nonce: 0x0102_0304,
+        counts_per_metre: 100_000.0,
+        force_limit_mn: 20_000,
+        sample_rate_hz: 1000,
+        watchdog_ms: 50,
+        buttons: 1,
+        wide: false,
+        firmware: DeviceHello::firmware_of("demo 1.0"),
+        two_axes: None,
+    }
+}
+
+/// The sample of the document's vectors, and the same as of a device with more sensors, whose channels nothing here
+/// reads.
+fn sample(second_count: Option<i32>, channels: &[i32]) -> [Vec<u8>; 2] {
+    let sample = FromDevice::Sample(DeviceSample {
         sequence: 258,
         time_us: 4_000_000_000,
         count: -2,
-        second_count: None,
+        second_count,
         command: 256,
         enabled: true,
         watchdog: false,
         buttons: 0b10,
-    };
-    let narrow = device(FromDevice::Sample(sample));
-    // As of a device with more sensors, whose channels nothing here reads.
-    let channels = [2500_i32, -9810].map(i32::to_le_bytes).concat();
-    let wide = [&[Kind::WideMeasurement as u8], &narrow[1..], &channels].concat();
+    });
+    let narrow = device(sample);
+    let mut wide = narrow[..20].to_vec();
+    wide[0] = Kind::WideMeasurement as u8;
+    wide.extend(channels.iter().flat_map(|channel| channel.to_le_bytes()));
     let read = View::whole(&wide)
         .map_err(MessageError::from)
         .and_then(FromDevice::read);
-    assert_eq!(read, Ok(FromDevice::Sample(sample)));
+    assert_eq!(read, Ok(sample));
+    [narrow, wide]
+}
+
+/// The document's test vectors, in its order.
+fn vectors() -> Vec<(&'static str, Vec<u8>)> {
+    let [narrow, wide] = sample(None, &[2500, -9810]);
     let (sequence, enabled, done) = (1, true, true);
     vec![
         (
@@ -277,17 +298,7 @@ fn vectors() -> Vec<(&'static str, Vec<u8>)> {
         ),
         (
             "device hello to it: 100000 counts/m, 20 N, 1000 Hz, 50 ms, one button, \"demo 1.0\"",
-            device(FromDevice::Hello(DeviceHello {
-                nonce: 0x0102_0304,
-                counts_per_metre: 100_000.0,
-                force_limit_mn: 20_000,
-                sample_rate_hz: 1000,
-                watchdog_ms: 50,
-                buttons: 1,
-                wide: false,
-                firmware: DeviceHello::firmware_of("demo 1.0"),
-                two_axes: None,
-            })),
+            device(FromDevice::Hello(hello())),
         ),
         ("enable on, sequence 1", host(FromHost::Enable { sequence, enabled })),
         (
@@ -320,31 +331,8 @@ fn vectors() -> Vec<(&'static str, Vec<u8>)> {
 
 /// Those of two axes, in its order.
 fn vectors_of_two_axes() -> Vec<(&'static str, Vec<u8>)> {
-    let sample = DeviceSample {
-        sequence: 258,
-        time_us: 4_000_000_000,
-        count: -2,
-        second_count: Some(9),
-        command: 256,
-        enabled: true,
-        watchdog: false,
-        buttons: 0b10,
-    };
-    let narrow = FromDevice::Sample(sample).bytes().as_slice().to_vec();
-    let channels = [2500_i32, -9810, 9, -100, 40].map(i32::to_le_bytes).concat();
-    let wide = [&[Kind::WideMeasurement as u8], &narrow[1..20], &channels].concat();
-    let read = View::whole(&wide)
-        .map_err(MessageError::from)
-        .and_then(FromDevice::read);
-    assert_eq!(read, Ok(FromDevice::Sample(sample)));
+    let [narrow, wide] = sample(Some(9), &[2500, -9810, 9, -100, 40]);
     let hello = DeviceHello {
-        nonce: 0x0102_0304,
-        counts_per_metre: 100_000.0,
-        force_limit_mn: 20_000,
-        sample_rate_hz: 1000,
-        watchdog_ms: 50,
-        buttons: 1,
-        wide: false,
         firmware: DeviceHello::firmware_of("demo 2.0"),
         two_axes: Some(TwoAxes {
             second_counts: 50_000.0,
@@ -352,6 +340,7 @@ fn vectors_of_two_axes() -> Vec<(&'static str, Vec<u8>)> {
             are_rotary: false,
             are_absolute: false,
         }),
+        ..hello()
     };
     let command = FromHost::Command {
         sequence: 256,
@@ -362,12 +351,9 @@ fn vectors_of_two_axes() -> Vec<(&'static str, Vec<u8>)> {
     vec![
         (
             "device hello to nonce 0x01020304: the one above, two axes, \"demo 2.0\"; second axis 50000 counts/m, 10 N",
-            FromDevice::Hello(hello).bytes().as_slice().to_vec(),
+            device(FromDevice::Hello(hello)),
         ),
-        (
-            "command of -1.5 N and 0.7 N, enabled, sequence 256",
-            command.bytes().as_slice().to_vec(),
-        ),
+        ("command of -1.5 N and 0.7 N, enabled, sequence 256", host(command)),
         ("sample 258 as above, counts -2 and 9", narrow),
         (
             "the same, wide: 2.5 N, -9810 mm/s², and of the second axis -0.1 N, 40 mm/s²",

@@ -13,7 +13,7 @@ pub(super) const ORIGIN: Workspace = Workspace {
 };
 
 /// Positions in rows, with both ends, at most 2 mm from each other.
-fn grid(workspace: &Workspace) -> impl Iterator<Item = Plane> {
+pub(super) fn grid(workspace: &Workspace) -> impl Iterator<Item = Plane> {
     let x = points(workspace.x_m);
     points(workspace.y_m).flat_map(move |y| x.clone().map(move |x| Plane::new(x, y)))
 }
@@ -53,10 +53,6 @@ impl Worst {
 pub(super) struct Survey {
     /// Largest travel of the hand by each motor's.
     largest_by_motor: [Worst; 2],
-    /// Least gain, in the worst direction.
-    pub(super) least: f64,
-    /// Largest ratio of the gains in the best and the worst direction; 1 where the hand moves alike in all directions.
-    pub(super) condition: f64,
 }
 
 impl Survey {
@@ -67,14 +63,13 @@ impl Survey {
     pub(super) fn of(geometry: &Geometry, workspace: &Workspace) -> Result<Self, KinematicsProblem> {
         let mut survey = Self {
             largest_by_motor: [Worst::none(0.0); 2],
-            least: f64::INFINITY,
-            condition: 1.0,
         };
         let mut least_share = f64::INFINITY;
         let mut refusal = None;
         for position in grid(workspace) {
             let jacobian = jacobian(geometry, position).ok_or(KinematicsProblem::Unreachable { position })?;
-            let (gain, largest) = survey.add(position, &jacobian);
+            survey.add(position, &jacobian);
+            let (gain, largest) = jacobian.gains();
             // A gain that is not a number counts as none.
             let gain = gain.max(0.0);
             let least_allowed = geometry.least_allowed_gain(largest);
@@ -91,8 +86,8 @@ impl Survey {
         refusal.map_or(Ok(survey), Err)
     }
 
-    /// Adds a place; returns its least and its largest gain.
-    fn add(&mut self, position: Plane, jacobian: &Jacobian) -> (f64, f64) {
+    /// Adds a place.
+    fn add(&mut self, position: Plane, jacobian: &Jacobian) {
         for (most, column) in self.largest_by_motor.iter_mut().zip(jacobian.columns) {
             let value = column.length();
             if value > most.value {
@@ -103,10 +98,6 @@ impl Survey {
                 };
             }
         }
-        let (least, largest) = jacobian.gains();
-        self.least = self.least.min(least);
-        self.condition = self.condition.max(largest / least);
-        (least, largest)
     }
 
     /// What is made of each motor and of the largest travel of the hand by its own, and where that is.

@@ -143,35 +143,19 @@ pub trait Connector: Send + std::fmt::Debug {
     fn connect(&mut self, timing: LoopTiming, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError>;
 }
 
-/// A device after its greeting.
+/// A device after its greeting. Of one with one motor the second position is 0, and the second effort means nothing.
 ///
 /// Neither method waits, allocates or locks. [`DeviceError::Disconnected`] ends the connection.
 pub trait Connection: Send + std::fmt::Debug {
-    /// The newest sample; nothing before the first.
+    /// The newest sample, with the position of each motor, m or rad; nothing before the first.
     ///
     /// # Errors
     /// As [`Device::read`](crate::Device::read).
-    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError>;
+    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError>;
 
-    /// Commands a force on the hand, N, as [`Device::write`](crate::Device::write).
+    /// Commands the efforts of the motors, N or N m, as [`Device::write`](crate::Device::write).
     ///
     /// # Errors
     /// As [`Device::write`](crate::Device::write).
-    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError>;
-
-    /// The newest sample of a device with two motors, with the position of each, m or rad; nothing before the first.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read). A device with one has none to read.
-    fn read_motors(&mut self, _now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
-        Err(DeviceError::Disconnected)
-    }
-
-    /// Commands the efforts of two motors, N or N m.
-    ///
-    /// # Errors
-    /// As [`write`](Self::write). A device with one has none to write.
-    fn write_motors(&mut self, _efforts: [f64; 2], _enabled: bool, _now_ns: u64) -> Result<Written, DeviceError> {
-        Err(DeviceError::Disconnected)
-    }
+    fn write(&mut self, efforts: [f64; 2], enabled: bool, now_ns: u64) -> Result<Written, DeviceError>;
 }

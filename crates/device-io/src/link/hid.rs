@@ -154,16 +154,8 @@ impl Wire for HidWire {
 
 /// Finds and greets a rig on USB HID.
 #[derive(Debug)]
-pub struct HidConnector {
-    id: HidId,
-}
-
-impl HidConnector {
-    /// A connector to a device by its identity.
-    #[must_use]
-    pub fn new(id: HidId) -> Self {
-        Self { id }
-    }
+pub(crate) struct HidConnector {
+    pub(crate) id: HidId,
 }
 
 impl Connector for HidConnector {
@@ -180,22 +172,22 @@ impl Connector for HidConnector {
     }
 
     fn connect(&mut self, timing: LoopTiming, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
-        let chosen = choose(nodes(), &self.id)?;
+        let (node, reports) = choose(nodes(), &self.id)?;
         let what = what(&self.id);
-        let mut wire = HidWire::new(open_node(&chosen.path, &self.id)?, chosen.reports, counters);
+        let mut wire = HidWire::new(open_node(&node.path, &self.id)?, reports, counters);
         let _asking = counters.ask(now_ns());
         let hello = wire::greet(&mut wire, &what, |received_bytes| match received_bytes {
             0 => "nothing answers; does its firmware speak the link protocol?".to_owned(),
             _ => "reports came and no answer; does its firmware speak the link protocol?".to_owned(),
         })?;
         let needed = Kind::Command.length(hello.axes());
-        if chosen.reports.output < needed {
-            let carries = chosen.reports.output;
+        if reports.output < needed {
+            let carries = reports.output;
             let problem = format!("its reports carry {carries} bytes down, and its commands need {needed}");
             return Err(ConnectError::Protocol { what, problem });
         }
         wire.start_writer(&what)?;
-        let rig = RigIdentity::of_usb(self.id.vendor, self.id.product, chosen.serial.as_deref());
+        let rig = RigIdentity::of_usb(self.id.vendor, self.id.product, node.id.serial.as_deref());
         Ok(wire::greeted(wire, &hello, rig, timing, counters))
     }
 }

@@ -83,17 +83,9 @@ fn reports(node: &Path) -> Result<Reports, String> {
     Reports::of(&descriptor).map_err(|unfit| unfit.to_string())
 }
 
-/// The node of one device, which can carry the protocol.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct ChosenNode {
-    pub(super) path: PathBuf,
-    pub(super) reports: Reports,
-    pub(super) serial: Option<String>,
-}
-
-/// Chooses the node of a device. A device may have several interfaces, of which only one can carry
-/// the protocol.
-pub(super) fn choose(nodes: Vec<HidNode>, id: &HidId) -> Result<ChosenNode, ConnectError> {
+/// Chooses the node of a device, and says the lengths of its reports. A device may have several interfaces, of which
+/// only one can carry the protocol.
+pub(super) fn choose(nodes: Vec<HidNode>, id: &HidId) -> Result<(HidNode, Reports), ConnectError> {
     let matching = nodes
         .into_iter()
         .filter(|node| (node.id.vendor, node.id.product) == (id.vendor, id.product))
@@ -101,13 +93,9 @@ pub(super) fn choose(nodes: Vec<HidNode>, id: &HidId) -> Result<ChosenNode, Conn
     let mut fit = Vec::new();
     let mut unfit = None;
     for node in matching {
-        match node.reports {
-            Ok(reports) => fit.push(ChosenNode {
-                path: node.path,
-                reports,
-                serial: node.id.serial,
-            }),
-            Err(why) => unfit = Some(why),
+        match &node.reports {
+            Ok(reports) => fit.push((node.clone(), *reports)),
+            Err(why) => unfit = Some(why.clone()),
         }
     }
     match (fit.len(), unfit) {
@@ -118,7 +106,7 @@ pub(super) fn choose(nodes: Vec<HidNode>, id: &HidId) -> Result<ChosenNode, Conn
             problem: why,
         }),
         (count, _) => {
-            let paths: Vec<String> = fit.iter().map(|node| node.path.display().to_string()).collect();
+            let paths: Vec<String> = fit.iter().map(|(node, _)| node.path.display().to_string()).collect();
             Err(ConnectError::Refused {
                 what: what(id),
                 why: format!("there are {count}: {}", paths.join(", ")),
@@ -185,11 +173,7 @@ mod tests {
             node("/dev/hidraw1", Some("A"), Ok(REPORTS)),
             other.clone(),
         ];
-        let chosen = Ok(ChosenNode {
-            path: "/dev/hidraw1".into(),
-            reports: REPORTS,
-            serial: Some("A".to_owned()),
-        });
+        let chosen = Ok((nodes[1].clone(), REPORTS));
         assert_eq!(
             choose(nodes.clone(), &id(None)),
             chosen,

@@ -91,7 +91,7 @@ impl TestRig {
         &mut self,
         force_n: f64,
         enabled: bool,
-        mut done: impl FnMut(&Firmware, Measurement, Written) -> bool,
+        mut done: impl FnMut(&Firmware, Measurement<[f64; 2]>, Written) -> bool,
     ) {
         let began = Instant::now();
         loop {
@@ -101,7 +101,7 @@ impl TestRig {
             let measured = connection.read(now_ns());
             // Where this thread waited for a processor longer than the rig's watchdog or the writer's
             // waits for it, it lets go, and begins again.
-            let written = connection.write(force_n, enabled && measured.is_ok(), now_ns());
+            let written = connection.write([force_n, 0.0], enabled && measured.is_ok(), now_ns());
             if let (Ok(Some(measured)), Ok(written)) = (measured, written)
                 && done(&self.firmware, measured, written)
             {
@@ -153,7 +153,7 @@ fn reports_of_two_axes_are_read_once_the_hello_says_so() {
 fn a_rig_is_driven_and_left_without_force() {
     let mut rig = TestRig::new();
     rig.tick_until(3.0, true, |firmware, measured, _| {
-        measured.position_m > 1e-3 && firmware.force_n() == 3.0
+        measured.position_m[0] > 1e-3 && firmware.force_n() == 3.0
     });
     // The transfer of a command that switches it off has ended.
     rig.tick_until(0.0, false, |firmware, _, written| {

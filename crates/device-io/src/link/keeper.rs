@@ -342,11 +342,11 @@ mod tests {
     }
 
     impl Connection for OnlyGreets {
-        fn read(&mut self, _: u64) -> Result<Option<Measurement>, DeviceError> {
+        fn read(&mut self, _: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
             Err(DeviceError::Disconnected)
         }
 
-        fn write(&mut self, _: f64, _: bool, _: u64) -> Result<Written, DeviceError> {
+        fn write(&mut self, _: [f64; 2], _: bool, _: u64) -> Result<Written, DeviceError> {
             Err(DeviceError::Disconnected)
         }
     }

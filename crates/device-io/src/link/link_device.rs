@@ -38,12 +38,8 @@ impl LinkDevice {
         }
     }
 
-    /// The newest sample of the newest connection, at a time of ours, ns, as `read` asks for it.
-    pub(super) fn read_by<P>(
-        &mut self,
-        now_ns: u64,
-        read: impl FnOnce(&mut dyn Connection) -> Result<Option<Measurement<P>>, DeviceError>,
-    ) -> Result<Measurement<P>, DeviceError> {
+    /// The newest sample of the newest connection, with the position of each motor, at a time of ours, ns.
+    pub(super) fn read_motors(&mut self, now_ns: u64) -> Result<Measurement<[f64; 2]>, DeviceError> {
         self.now_ns = now_ns;
         if self.connection.is_none()
             && let Ok((connection, bounds)) = self.greeted.pop()
@@ -51,23 +47,24 @@ impl LinkDevice {
             self.bounds = bounds;
             self.connection = Some(connection);
         }
-        self.with(read)?.ok_or(DeviceError::Disconnected)
+        self.with(|connection, now_ns| connection.read(now_ns))?
+            .ok_or(DeviceError::Disconnected)
     }
 
-    /// The time of the last reading, ns.
-    pub(super) fn now_ns(&self) -> u64 {
-        self.now_ns
+    /// Commands the efforts of the motors, at the time of the last reading.
+    pub(super) fn write_motors(&mut self, efforts: [f64; 2], enabled: bool) -> Result<Written, DeviceError> {
+        self.with(|connection, now_ns| connection.write(efforts, enabled, now_ns))
     }
 
     /// Uses the connection. A failed connection goes back to the keeper.
-    pub(super) fn with<T>(
+    fn with<T>(
         &mut self,
-        act: impl FnOnce(&mut dyn Connection) -> Result<T, DeviceError>,
+        act: impl FnOnce(&mut dyn Connection, u64) -> Result<T, DeviceError>,
     ) -> Result<T, DeviceError> {
         let Some(connection) = self.connection.as_deref_mut() else {
             return Err(DeviceError::Disconnected);
         };
-        let done = act(connection);
+        let done = act(connection, self.now_ns);
         if matches!(done, Err(DeviceError::Disconnected))
             && let Some(failed) = self.connection.take()
             && let Err(rtrb::PushError::Full(failed)) = self.failed.push(failed)
@@ -90,11 +87,11 @@ impl Device for LinkDevice {
     }
 
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
-        self.read_by(now_ns, |connection| connection.read(now_ns))
+        let measured = self.read_motors(now_ns)?;
+        Ok(measured.at(measured.position_m[0]))
     }
 
     fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {
-        let now_ns = self.now_ns;
-        self.with(|connection| connection.write(force_n, enabled, now_ns))
+        self.write_motors([force_n, 0.0], enabled)
     }
 }

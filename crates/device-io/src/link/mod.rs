@@ -49,7 +49,7 @@ mod writer;
 pub use connector::{ConnectError, Connection, Connector, DeviceInfo, GreetedDevice, LoopTiming};
 pub use direct_rig::DirectRig;
 pub use health::{AskGuard, Delivery, LinkCounters, LinkError, UNKNOWN_DRIFT, add};
-pub use hid::HidConnector;
+pub(crate) use hid::HidConnector;
 pub use hid_node::HidId;
 pub use identity::RigIdentity;
 pub use keeper::{Keeper, LinkMonitor, LinkState, RunningKeeper};

@@ -108,7 +108,7 @@ impl Device<Plane> for PlanarLink {
     fn read(&mut self, now_ns: u64) -> Result<Measurement<Plane>, DeviceError> {
         // Whatever is written until the next sample must not go by another connection's hand.
         self.jacobian = None;
-        let measured = self.link.read_by(now_ns, |connection| connection.read_motors(now_ns))?;
+        let measured = self.link.read_motors(now_ns)?;
         let connection = self.link.bounds().connection;
         let home = self.kinematics.home().unwrap_or_default();
         if connection != self.connection {
@@ -129,8 +129,6 @@ impl Device<Plane> for PlanarLink {
 
     fn write(&mut self, force_n: Plane, enabled: bool) -> Result<Written, DeviceError> {
         let efforts = self.jacobian.map_or([0.0; 2], |jacobian| jacobian.efforts(force_n));
-        let now_ns = self.link.now_ns();
-        self.link
-            .with(|connection| connection.write_motors(efforts, enabled, now_ns))
+        self.link.write_motors(efforts, enabled)
     }
 }

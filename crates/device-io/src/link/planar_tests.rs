@@ -66,15 +66,7 @@ impl Shared {
 }
 
 impl Connection for Shared {
-    fn read(&mut self, _: u64) -> Result<Option<Measurement>, DeviceError> {
-        panic!("it has two motors")
-    }
-
-    fn write(&mut self, _: f64, _: bool, _: u64) -> Result<Written, DeviceError> {
-        panic!("it has two motors")
-    }
-
-    fn read_motors(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
+    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         let mut conversation = self.lock();
         conversation.now_ns = now_ns;
         let sample = conversation.firmware.sample(now_ns).expect("it is greeted");
@@ -82,7 +74,7 @@ impl Connection for Shared {
         conversation.session.measurement(now_ns)
     }
 
-    fn write_motors(&mut self, efforts: [f64; 2], enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
+    fn write(&mut self, efforts: [f64; 2], enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
         let mut conversation = self.lock();
         conversation.efforts = efforts;
         for message in conversation.session.command(efforts, enabled, now_ns).messages() {

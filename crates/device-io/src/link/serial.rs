@@ -148,16 +148,10 @@ impl Wire for SerialWire {
 /// Finds and greets a rig on a serial line.
 #[derive(Debug)]
 pub struct SerialConnector {
-    path: PathBuf,
-    baud: u32,
-}
-
-impl SerialConnector {
-    /// A connector to a line by its path, which may be a symbolic link, at a rate in baud.
-    #[must_use]
-    pub fn new(path: PathBuf, baud: u32) -> Self {
-        Self { path, baud }
-    }
+    /// The line, or a symbolic link to it.
+    pub path: PathBuf,
+    /// Its rate, baud.
+    pub baud: u32,
 }
 
 impl Connector for SerialConnector {
@@ -222,6 +216,22 @@ mod tests {
     use std::sync::atomic::Ordering::Relaxed;
 
     #[test]
+    fn a_line_on_which_nothing_answers_is_named() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("rig");
+        let _rig = Port::plug_in(&path).expect("a terminal");
+        let mut connector = SerialConnector {
+            path,
+            baud: DEFAULT_BAUD,
+        };
+        let answer = connector.connect(LoopTiming::default(), &Arc::default());
+        let Err(ConnectError::Protocol { problem, .. }) = answer else {
+            panic!("{answer:?}");
+        };
+        assert!(problem.contains("nothing answers"), "{problem}");
+    }
+
+    #[test]
     fn a_command_is_taken_only_once_the_line_has_all_of_it() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("rig");
@@ -245,7 +255,7 @@ mod tests {
         assert!((1..100_000).contains(&taken), "nobody reads that much");
         // Tried again in every tick, as it was not sent.
         for _ in 0..3 {
-            assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Later));
+            assert_eq!(connection.write([0.0; 2], false, now_ns), Ok(Written::Later));
         }
         assert!(counters.not_sent.load(Relaxed) >= 3);
         let (mut decoder, mut received) = (Decoder::default(), Vec::new());
@@ -261,7 +271,7 @@ mod tests {
             rig.read(receive).expect("it is there");
         };
         read(&mut received);
-        assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Taken));
+        assert_eq!(connection.write([0.0; 2], false, now_ns), Ok(Written::Taken));
         read(&mut received);
         let zero = |message: &FromHost| {
             matches!(

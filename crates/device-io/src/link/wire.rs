@@ -186,22 +186,13 @@ impl<W: Wire> WireConnection<W> {
 }
 
 impl<W: Wire> Connection for WireConnection<W> {
-    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
-        let measured = self.read_motors(now_ns)?;
-        Ok(measured.map(|measured| measured.at(measured.position_m[0])))
-    }
-
-    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
-        self.write_motors([force_n, 0.0], enabled, now_ns)
-    }
-
-    fn read_motors(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
+    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         let received = self.receive(now_ns);
         self.wire.note_failure(&self.counters, now_ns);
         received.and_then(|()| self.session.measurement(now_ns))
     }
 
-    fn write_motors(&mut self, efforts: [f64; 2], enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
+    fn write(&mut self, efforts: [f64; 2], enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
         let outgoing = self.session.command(efforts, enabled, now_ns);
         let sent = self.wire.send(outgoing, now_ns, &self.counters);
         self.wire.note_failure(&self.counters, now_ns);

@@ -287,7 +287,10 @@ fn the_loop_allocates_nothing_frees_nothing_and_only_sleeps() {
     watch::<f64>(Box::new(FakeRig::new(RigProperties::default(), hand())), false, seconds);
     watch::<Plane>(Box::new(gantry()), false, seconds);
     let rig = UnpluggedNowAndThen::start();
-    let connector = SerialConnector::new(rig.link.clone(), 1_000_000);
+    let connector = SerialConnector {
+        path: rig.link.clone(),
+        baud: 1_000_000,
+    };
     let (device, monitor, keeper) = Keeper::new(Box::new(connector), LoopTiming::default());
     let _keeper = keeper.start().expect("a thread");
     watch::<f64>(Box::new(device), true, seconds);
