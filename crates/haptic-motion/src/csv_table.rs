@@ -7,9 +7,6 @@ use crate::opened::Input;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// The first bytes of a recording of hapticd in CSV.
-pub(crate) const RECORDING_TITLE: &[u8] = b"# hapticd recording ";
-
 pub(crate) struct CsvTable {
     path: PathBuf,
     reader: csv::Reader<WholeLines<Input>>,

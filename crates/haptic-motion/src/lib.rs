@@ -35,7 +35,7 @@ pub mod table;
 pub mod text;
 
 pub use error::{MotionError, Place};
-pub use opened::{Opened, RECORDING_KEY};
+pub use opened::{Opened, PARQUET_MAGIC, RECORDING_KEY, RECORDING_TITLE};
 
 use columns::Columns;
 use csv_table::CsvTable;
@@ -84,16 +84,22 @@ enum Source {
     },
 }
 
-/// The file that holds a motion. A recording in Parquet that is being made, or was broken off, is an MCAP file
-/// beside its own.
+/// Where a recording in Parquet is while it is being made: an MCAP file beside its own.
+#[must_use]
+pub fn spool_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".partial.mcap");
+    name.into()
+}
+
+/// The file that holds a motion or a recording: of one in Parquet that is being made, or was broken off, its
+/// [spool](spool_of).
 #[must_use]
 pub fn file_of(path: &Path) -> PathBuf {
     let is_parquet = path
         .extension()
         .is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"));
-    let mut name = path.as_os_str().to_owned();
-    name.push(".partial.mcap");
-    let partial = PathBuf::from(name);
+    let partial = spool_of(path);
     if is_parquet && partial.exists() {
         partial
     } else {

@@ -1,8 +1,6 @@
 //! A file by its first bytes. It is opened once: a pipe cannot be wound back.
 
-use crate::csv_table::RECORDING_TITLE;
 use crate::guard::guarded;
-use crate::parquet_table::MAGIC;
 use crate::table::{ParquetTable, TableError};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;
@@ -11,6 +9,12 @@ use std::path::Path;
 
 /// How the keys begin that a recording of hapticd has in its footer.
 pub const RECORDING_KEY: &str = "hapticd.";
+
+/// What a recording of hapticd in CSV begins with; its version follows.
+pub const RECORDING_TITLE: &str = "# hapticd recording ";
+
+/// The first bytes of a Parquet file.
+pub const PARQUET_MAGIC: &[u8] = b"PAR1";
 
 /// What is read of a file to tell what it is, bytes.
 const MAGIC_BYTES: u64 = 20;
@@ -54,13 +58,16 @@ impl Opened {
     pub fn new(path: &Path, mut file: File) -> io::Result<Self> {
         let mut first = Vec::new();
         (&mut file).take(MAGIC_BYTES).read_to_end(&mut first)?;
-        if first.starts_with(MAGIC) {
+        if first.starts_with(PARQUET_MAGIC) {
             return Ok(match guarded(|| SerializedFileReader::new(file)) {
                 Ok(reader) if !is_recording(&reader) => Self::Parquet(ParquetTable::new(path, reader)),
                 opened => Self::ParquetRecording(opened),
             });
         }
-        let (is_recording, is_mcap) = (first.starts_with(RECORDING_TITLE), first.starts_with(mcap::MAGIC));
+        let (is_recording, is_mcap) = (
+            first.starts_with(RECORDING_TITLE.as_bytes()),
+            first.starts_with(mcap::MAGIC),
+        );
         let input = Cursor::new(first).chain(file);
         Ok(match (is_recording, is_mcap) {
             (true, _) => Self::CsvRecording(input),

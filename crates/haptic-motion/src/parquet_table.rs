@@ -10,9 +10,6 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// The first bytes of a file.
-pub(crate) const MAGIC: &[u8] = b"PAR1";
-
 pub(crate) struct ParquetTable {
     path: PathBuf,
     reader: SerializedFileReader<File>,

@@ -239,16 +239,6 @@ fn an_mcap_that_was_broken_off_reads_up_to_its_last_whole_row() {
 }
 
 #[test]
-fn broken_off_parquet_is_read_from_its_partial_file() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let path = directory.path().join("rig.parquet");
-    std::fs::write(&path, "").expect("written");
-    std::fs::write(directory.path().join("rig.parquet.partial.mcap"), mcap(20, SCHEMA, cdr)).expect("written");
-    let rows: Result<Vec<MotionRow>, _> = Rows::open(&path).expect("a motion").collect();
-    assert_rows(&rows.expect("a motion"), 20);
-}
-
-#[test]
 fn a_column_that_could_be_two_is_refused() {
     for (header, parts) in [
         (

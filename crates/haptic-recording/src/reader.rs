@@ -86,16 +86,7 @@ pub fn open(path: &Path) -> Result<Reader, RecordingError> {
 /// # Errors
 /// The file cannot be opened, is not a recording, or was broken off before its metadata.
 pub fn open_any(path: &Path) -> Result<Reader, RecordingError> {
-    if Format::of(path) == Ok(Format::Parquet) {
-        let spool = parquet::spool_of(path);
-        if spool.exists() {
-            return open_file(&spool);
-        }
-    }
-    open_file(path)
-}
-
-fn open_file(path: &Path) -> Result<Reader, RecordingError> {
+    let path = &haptic_motion::file_of(path);
     let failed = |source| RecordingError::Open {
         path: path.to_path_buf(),
         source,

@@ -188,6 +188,7 @@ impl Connector for ODriveConnector {
         let scale = options.scale(turns, torque_limit_nm, counts_per_turn);
         #[expect(clippy::cast_precision_loss, reason = "a period of milliseconds")]
         let sample_rate_hz = 1e9 / timing.period_ns as f64;
+        let line = RigIdentity::of_line("odrive", &options.path);
         let dialect = ODriveDialect::new(axis, generation);
         let conversation = Conversation::new(dialect, scale, timing.period_ns, now_ns(), Arc::clone(counters));
         Ok(GreetedDevice {
@@ -201,9 +202,10 @@ impl Connector for ODriveConnector {
                 watchdog_ms: Some(WATCHDOG_MS),
                 buttons: 0,
                 motors: None,
-                rig: RigIdentity::of_line("odrive", &options.path)
-                    .with_part(&format!("axis{axis}"))
-                    .turned_round(options.reversed),
+                rig: RigIdentity {
+                    reversed: options.reversed,
+                    ..line.with_part(&format!("axis{axis}"))
+                },
             },
             connection: Box::new(TextConnection::new(greeting.line, conversation, Arc::clone(counters))),
         })

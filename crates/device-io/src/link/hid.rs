@@ -8,9 +8,9 @@ use super::hid_node::{HidId, choose, nodes, open_node, what};
 use super::identity::RigIdentity;
 use super::reports::{MAX_REPORT, Reports};
 use super::session::{Outgoing, RejectedInput};
-use super::wire::{self, Sent, Wire};
+use super::wire::{self, Wire};
 use super::writer::Writer;
-use crate::device::{DeviceError, now_ns};
+use crate::device::{DeviceError, Written, now_ns};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
 use crate::protocol::view::{Axes, Kind, View};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -146,9 +146,14 @@ impl Wire for HidWire {
         Ok(received)
     }
 
-    fn send(&mut self, outgoing: Outgoing, now_ns: u64, counters: &LinkCounters) -> Result<Sent, DeviceError> {
+    fn send(
+        &mut self,
+        outgoing: Outgoing,
+        now_ns: u64,
+        counters: &LinkCounters,
+    ) -> Result<Option<Written>, DeviceError> {
         let writer = self.writer.as_mut().ok_or(DeviceError::Disconnected)?;
-        writer.post(outgoing, now_ns, counters).map(Sent::Written)
+        writer.post(outgoing, now_ns, counters).map(Some)
     }
 }
 

@@ -34,7 +34,7 @@ impl RigIdentity {
             return Self {
                 key,
                 has_serial_number: true,
-                reversed: false,
+                ..Self::default()
             };
         }
         // The path of the address, not its target: a link by the device's name stays when the
@@ -42,24 +42,20 @@ impl RigIdentity {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         Self {
             key: format!("{kind}-{}", path.display()),
-            has_serial_number: false,
-            reversed: false,
+            ..Self::default()
         }
     }
 
     /// The identity of a device on USB.
     pub(crate) fn of_usb(vendor: u16, product: u16, serial: Option<&str>) -> Self {
-        match serial.filter(|serial| is_its_own(serial)) {
-            Some(serial) => Self {
-                key: format!("usb-{vendor:04x}:{product:04x}-{serial}"),
-                has_serial_number: true,
-                reversed: false,
+        let serial = serial.filter(|serial| is_its_own(serial));
+        Self {
+            key: match serial {
+                Some(serial) => format!("usb-{vendor:04x}:{product:04x}-{serial}"),
+                None => format!("hid-{vendor:04x}:{product:04x}"),
             },
-            None => Self {
-                key: format!("hid-{vendor:04x}:{product:04x}"),
-                has_serial_number: false,
-                reversed: false,
-            },
+            has_serial_number: serial.is_some(),
+            ..Self::default()
         }
     }
 
@@ -82,13 +78,6 @@ impl RigIdentity {
     pub fn with_part(mut self, part: &str) -> Self {
         self.key.push('-');
         self.key.push_str(part);
-        self
-    }
-
-    /// The same with force and position inverted, or not.
-    #[must_use]
-    pub fn turned_round(mut self, reversed: bool) -> Self {
-        self.reversed = reversed;
         self
     }
 }
@@ -151,15 +140,14 @@ mod tests {
 
     #[test]
     fn a_name_that_ends_in_its_chip_goes_by_the_chip() {
-        let on_chip = |name| RigIdentity::of_usb(1, 2, None).turned_round(true).on_chip(name);
+        let mut usb = RigIdentity::of_usb(1, 2, None);
+        usb.reversed = true;
+        let on_chip = |name| usb.clone().on_chip(name);
         let (name, rig) = on_chip("mine 1.0#A1b2");
         assert_eq!((name.as_str(), rig.key.as_str()), ("mine 1.0", "chip-A1b2"));
         assert!(rig.has_serial_number && rig.reversed);
         for plain in ["mine 1.0", "mine 1.0#", "mine #1.0", ""] {
-            assert_eq!(
-                on_chip(plain),
-                (plain.to_owned(), RigIdentity::of_usb(1, 2, None).turned_round(true))
-            );
+            assert_eq!(on_chip(plain), (plain.to_owned(), usb.clone()));
         }
     }
 }

@@ -8,7 +8,7 @@ use super::identity::RigIdentity;
 use super::line::{SendOutcome, SerialLine};
 use super::nodes::folder_of;
 use super::session::{Outgoing, RejectedInput};
-use super::wire::{self, Sent, Wire};
+use super::wire::{self, Wire};
 use crate::address::DEFAULT_BAUD;
 use crate::device::{DeviceError, Written, now_ns};
 use crate::protocol::frame::{Decoder, Frame, MAX_FRAME};
@@ -115,7 +115,7 @@ impl Wire for SerialWire {
         Ok(received)
     }
 
-    fn send(&mut self, outgoing: Outgoing, now_ns: u64, _: &LinkCounters) -> Result<Sent, DeviceError> {
+    fn send(&mut self, outgoing: Outgoing, now_ns: u64, _: &LinkCounters) -> Result<Option<Written>, DeviceError> {
         let mut bytes = [0; 2 * MAX_FRAME];
         let mut length = 0;
         for message in outgoing.messages() {
@@ -129,11 +129,11 @@ impl Wire for SerialWire {
             let sent = self.line.write(&bytes[..length], now_ns)?;
             self.taken = sent == SendOutcome::Taken;
             if sent == SendOutcome::NoRoom && length > 0 {
-                return Ok(Sent::NoRoom);
+                return Ok(None);
             }
         }
         let is_other = outgoing == Outgoing::Withheld { repeats: false };
-        Ok(Sent::Written(if self.taken && !is_other {
+        Ok(Some(if self.taken && !is_other {
             Written::Taken
         } else {
             Written::Later

@@ -43,23 +43,20 @@ pub(super) trait Wire: Send + std::fmt::Debug {
     /// The device is gone.
     fn receive(&mut self, each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError>;
 
-    /// Sends a tick's messages, without waiting.
+    /// Sends a tick's messages, without waiting; nothing where there was no room for them: the next command is another
+    /// one.
     ///
     /// # Errors
     /// The device is gone.
-    fn send(&mut self, outgoing: Outgoing, now_ns: u64, counters: &LinkCounters) -> Result<Sent, DeviceError>;
+    fn send(
+        &mut self,
+        outgoing: Outgoing,
+        now_ns: u64,
+        counters: &LinkCounters,
+    ) -> Result<Option<Written>, DeviceError>;
 
     /// Notes the last failure in the counters, where it has not done so itself.
     fn note_failure(&mut self, _counters: &LinkCounters, _now_ns: u64) {}
-}
-
-/// What became of a tick's messages.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sent {
-    /// They are sent, or wait for the next tick.
-    Written(Written),
-    /// There was no room for them: the next command is another one.
-    NoRoom,
 }
 
 /// Asks until the device answers. `unanswered` says what a number of bytes without an
@@ -196,14 +193,11 @@ impl<W: Wire> Connection for WireConnection<W> {
         let outgoing = self.session.command(efforts, enabled, now_ns);
         let sent = self.wire.send(outgoing, now_ns, &self.counters);
         self.wire.note_failure(&self.counters, now_ns);
-        Ok(match sent? {
-            Sent::Written(written) => written,
-            Sent::NoRoom => {
-                add(&self.counters.not_sent, 1);
-                self.session.forget_order();
-                Written::Later
-            }
-        })
+        Ok(sent?.unwrap_or_else(|| {
+            add(&self.counters.not_sent, 1);
+            self.session.forget_order();
+            Written::Later
+        }))
     }
 }
 

@@ -16,9 +16,8 @@ pub use columns::{Columns, Quantity};
 pub use error::TableError;
 pub use parquet_table::ParquetTable;
 
-use crate::csv_table::RECORDING_TITLE;
 use crate::error::Place;
-use crate::opened::{Input, Opened};
+use crate::opened::{Input, Opened, RECORDING_TITLE};
 use crate::text::decoded;
 use columns::in_brackets;
 use layout::{Layout, TextLine, cells, lines, number, on_the_same_day};
@@ -190,7 +189,7 @@ impl Table {
 
     fn of_text(path: &Path, bytes: &[u8], options: &TableOptions, quantities: &[Quantity]) -> Result<Self, TableError> {
         // The last number of a recording that was broken off may be half one.
-        let is_recording = bytes.starts_with(RECORDING_TITLE);
+        let is_recording = bytes.starts_with(RECORDING_TITLE.as_bytes());
         let end = bytes.iter().rposition(|byte| *byte == b'\n').filter(|_| is_recording);
         let text = text(path, end.map_or(bytes, |end| &bytes[..=end]))?;
         let lines = lines(&text);

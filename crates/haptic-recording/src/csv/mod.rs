@@ -27,5 +27,4 @@ pub(super) use writer::Writer;
 #[cfg(doc)]
 use crate::{Mark, Metadata};
 
-/// What the first line of every CSV recording begins with; its version follows.
-pub(super) const TITLE: &str = "# hapticd recording ";
+pub(super) use haptic_motion::RECORDING_TITLE as TITLE;

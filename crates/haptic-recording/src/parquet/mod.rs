@@ -21,7 +21,7 @@ mod spool;
 mod writer;
 
 pub(super) use reader::Reader;
-pub(super) use spool::{Spool, spool_of};
+pub(super) use spool::Spool;
 pub(super) use writer::{Numbers, Writer};
 
 use crate::columns::Kind;
@@ -29,10 +29,9 @@ use crate::columns::Kind;
 #[cfg(doc)]
 use crate::metadata::Metadata;
 
-/// What a Parquet file begins and ends with.
-pub(super) const MAGIC: &[u8] = b"PAR1";
-
+pub(super) use haptic_motion::PARQUET_MAGIC as MAGIC;
 pub use haptic_motion::RECORDING_KEY as KEY;
+pub(super) use haptic_motion::spool_of;
 
 /// Key of the marks.
 const MARKS: &str = "hapticd.marks";

@@ -1,6 +1,6 @@
 //! A Parquet recording in the making: an MCAP file beside it.
 
-use super::{Numbers, Writer};
+use super::{Numbers, Writer, spool_of};
 use crate::error::RecordingError;
 use crate::mark::{Entry, Mark};
 use crate::mcap;
@@ -8,17 +8,9 @@ use crate::metadata::Metadata;
 use crate::reader::Source as _;
 use crate::rows::Rows;
 use crate::writer::Sink;
-use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
-
-/// Where a Parquet recording is while it is being made.
-pub(crate) fn spool_of(path: &Path) -> PathBuf {
-    let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
-    name.push(".partial.mcap");
-    path.with_file_name(name)
-}
 
 /// Rows and marks on their way into a Parquet file.
 pub(crate) struct Spool {
