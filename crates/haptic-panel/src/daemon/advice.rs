@@ -278,9 +278,14 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_of_advice_drops_the_old() {
+    fn advice_on_an_older_scene_is_ignored_and_a_refusal_drops_it() {
         let mut advised = Advised::default();
-        advised.take(of_revision(1, vec![broken(None, 0.5)]), Some(1));
+        for (revision, kept) in [(2, 0), (3, 1), (2, 1)] {
+            let margin = f64::from(u8::try_from(revision).expect("a small one"));
+            advised.take(of_revision(revision, vec![broken(None, margin)]), Some(3));
+            assert_eq!(advised.checks().count(), kept);
+            assert!(advised.checks().all(|(finding, _)| finding.margin == Some(3.0)));
+        }
         advised.take(Err(WireError::new(ErrorCode::Unknown, "later")), Some(2));
         assert_eq!(advised.failure(), Some("later"));
         assert_eq!(advised.warnings(&stiffness()), []);

@@ -1,26 +1,11 @@
-//! Dialogs of a desktop that is played: a bus and a portal in a thread, asked by the real library in a process.
+//! Dialogs of a desktop without a portal: a bus in a thread, asked by the real library in a process.
 
 use super::*;
 use crate::intent::Format;
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::io::{BufRead as _, BufReader, Read, Write as _};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::process::Command;
 use std::thread;
-use std::time::Duration;
-
-/// After this time the portal answers once more.
-const AGAIN: Duration = Duration::from_millis(10);
-
-/// What the portal answers.
-#[derive(Clone, Copy, Debug)]
-enum Answer {
-    /// The user has chosen a file.
-    Chosen(&'static str),
-    /// The user has closed the dialog.
-    Closed,
-    /// There is no portal on the bus.
-    None,
-}
 
 /// A message of D-Bus, in its little-endian form.
 #[derive(Default)]
@@ -50,8 +35,8 @@ impl Message {
     }
 }
 
-/// A whole message of a kind (2: a reply, 3: an error, 4: a signal) with fields of its header and a body.
-fn message(kind: u8, fields: &[(u8, &str, &str)], reply_to: Option<usize>, body: &Message) -> Vec<u8> {
+/// A whole message of a kind (2: a reply, 3: an error) with fields of its header and a body.
+fn message(kind: u8, fields: &[(u8, &str, &str)], reply_to: usize, body: &Message) -> Vec<u8> {
     let mut header = Message::default();
     for (code, signature, value) in fields {
         header.align(8);
@@ -62,12 +47,10 @@ fn message(kind: u8, fields: &[(u8, &str, &str)], reply_to: Option<usize>, body:
             _ => header.text(value),
         }
     }
-    if let Some(serial) = reply_to {
-        header.align(8);
-        header.0.push(5);
-        header.signature("u");
-        header.number(serial);
-    }
+    header.align(8);
+    header.0.push(5);
+    header.signature("u");
+    header.number(reply_to);
     let mut whole = Message(vec![b'l', kind, 1, 1]);
     whole.number(body.0.len());
     whole.number(1);
@@ -79,7 +62,7 @@ fn message(kind: u8, fields: &[(u8, &str, &str)], reply_to: Option<usize>, body:
 }
 
 /// A message's serial, and all of it. `None` when the client has gone.
-fn receive(stream: &mut impl std::io::Read) -> Option<(usize, Vec<u8>)> {
+fn receive(stream: &mut impl Read) -> Option<(usize, Vec<u8>)> {
     let mut fixed = [0; 16];
     stream.read_exact(&mut fixed).ok()?;
     let number = |at: usize| u32::from_le_bytes([fixed[at], fixed[at + 1], fixed[at + 2], fixed[at + 3]]) as usize;
@@ -92,8 +75,8 @@ fn contains(bytes: &[u8], part: &str) -> bool {
     bytes.windows(part.len()).any(|window| window == part.as_bytes())
 }
 
-/// A bus with a portal on it, for one client.
-fn serve(stream: UnixStream, answer: Answer) -> Option<()> {
+/// A bus without a portal on it, for one client.
+fn serve(stream: UnixStream) -> Option<()> {
     let mut input = BufReader::new(stream.try_clone().expect("a socket"));
     let mut out = stream;
     let mut line = String::new();
@@ -108,69 +91,26 @@ fn serve(stream: UnixStream, answer: Answer) -> Option<()> {
         out.write_all(reply.as_bytes()).ok()?;
     }
     const CLIENT: (u8, &str, &str) = (6, "s", ":1.1");
-    const PORTAL: (u8, &str, &str) = (7, "s", "org.freedesktop.portal.Desktop");
+    const TEXT: (u8, &str, &str) = (8, "g", "s");
+    const ERROR: (u8, &str, &str) = (4, "s", "org.freedesktop.DBus.Error.ServiceUnknown");
     loop {
         let (serial, text) = receive(&mut input)?;
         let mut body = Message::default();
-        if contains(&text, "Hello") {
+        let reply = if contains(&text, "Hello") {
             body.text(":1.1");
-            out.write_all(&message(2, &[CLIENT, (8, "g", "s")], Some(serial), &body))
-                .ok()?;
+            message(2, &[CLIENT, TEXT], serial, &body)
         } else if contains(&text, "org.freedesktop.portal.FileChooser") {
-            if let Answer::None = answer {
-                let error = (4, "s", "org.freedesktop.DBus.Error.ServiceUnknown");
-                body.text("The name is not activatable");
-                out.write_all(&message(3, &[CLIENT, error, (8, "g", "s")], Some(serial), &body))
-                    .ok()?;
-                continue;
-            }
-            let at = text.windows(4).position(|window| window == b"rfd_").expect("a token");
-            let token: Vec<u8> = text[at..].iter().copied().take_while(|byte| *byte != 0).collect();
-            let token = String::from_utf8(token).expect("a token");
-            let handle = format!("/org/freedesktop/portal/desktop/request/1_1/{token}");
-            body.text(&handle);
-            out.write_all(&message(2, &[CLIENT, PORTAL, (8, "g", "o")], Some(serial), &body))
-                .ok()?;
-            let mut results = Message::default();
-            results.number(usize::from(!matches!(answer, Answer::Chosen(_))));
-            let mut entries = Message::default();
-            if let Answer::Chosen(uri) = answer {
-                // The entries begin at a multiple of eight, and so do these.
-                entries.text("uris");
-                entries.signature("as");
-                let mut uris = Message::default();
-                uris.text(uri);
-                entries.number(uris.0.len());
-                entries.0.extend(&uris.0);
-            }
-            results.number(entries.0.len());
-            results.align(8);
-            results.0.extend(&entries.0);
-            let signal = [
-                (1, "o", handle.as_str()),
-                (2, "s", "org.freedesktop.portal.Request"),
-                (3, "s", "Response"),
-                PORTAL,
-                CLIENT,
-                (8, "g", "ua{sv}"),
-            ];
-            // The library waits for a message that comes after it has begun to wait.
-            let answered = message(4, &signal, None, &results);
-            out.set_read_timeout(Some(AGAIN)).ok()?;
-            while out.write_all(&answered).is_ok() {
-                let gone = input.read(&mut [0]);
-                if !gone.is_err_and(|error| error.kind() == std::io::ErrorKind::WouldBlock) {
-                    break;
-                }
-            }
+            body.text("The name is not activatable");
+            message(3, &[CLIENT, ERROR, TEXT], serial, &body)
         } else {
-            out.write_all(&message(2, &[CLIENT], Some(serial), &body)).ok()?;
-        }
+            message(2, &[CLIENT], serial, &body)
+        };
+        out.write_all(&reply).ok()?;
     }
 }
 
 /// The answer of a process of its own that asks for a file by this bus: libdbus reads its address from the environment.
-fn asked(answer: Option<Answer>) -> String {
+fn asked(has_bus: bool) -> String {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bus");
     let mut child = Command::new(std::env::current_exe().expect("a program"));
@@ -178,10 +118,10 @@ fn asked(answer: Option<Answer>) -> String {
     // There is no other program for dialogs either.
     child.env("PATH", folder.path()).env_remove("DBUS_SESSION_BUS_ADDRESS");
     child.env("XDG_RUNTIME_DIR", folder.path());
-    if let Some(answer) = answer {
+    if has_bus {
         child.env("DBUS_SESSION_BUS_ADDRESS", format!("unix:path={}", path.display()));
         let bus = UnixListener::bind(&path).expect("a socket");
-        let serve_one = move |stream| thread::spawn(move || serve(stream, answer));
+        let serve_one = |stream| thread::spawn(move || serve(stream));
         thread::spawn(move || bus.incoming().flatten().map(serve_one).for_each(drop));
     }
     let output = child.output().expect("it runs").stdout;
@@ -202,7 +142,7 @@ fn asks() {
 }
 
 #[test]
-fn desktop_dialog_chooses_a_file_or_reports_its_absence() {
+fn a_dialog_that_cannot_be_opened_says_why() {
     if !["/lib", "/usr/lib", "/lib64", "/usr/lib64"]
         .iter()
         .any(|folder| has_libdbus(Path::new(folder), 2))
@@ -210,13 +150,24 @@ fn desktop_dialog_chooses_a_file_or_reports_its_absence() {
         test_run::skip("libdbus", "Debian: apt install libdbus-1-3");
         return;
     }
-    let chosen = asked(Some(Answer::Chosen("file:///home/ada/pull%20up.mcap")));
-    assert_eq!(chosen, r#"Ok(Some("/home/ada/pull up.mcap"))"#);
-    assert_eq!(asked(Some(Answer::Closed)), "Ok(None)");
-    let why = asked(Some(Answer::None));
+    let why = asked(true);
     assert!(why.contains("ServiceUnknown") && why.contains("zenity"), "{why}");
-    let why = asked(None);
+    let why = asked(false);
     assert!(why.contains("no message bus"), "{why}");
+}
+
+/// A dialog that was closed complains of nothing.
+#[test]
+fn only_the_library_of_dialogs_is_heard_while_one_is_open() {
+    let say = |target: &str| log::error!(target: target, "{target} complains");
+    say("rfd");
+    let (done, complaints) = Complaints::during(|| {
+        say("egui");
+        say("rfd::backend");
+        7
+    });
+    assert_eq!((done, complaints.join("; ").as_str()), (7, "rfd::backend complains"));
+    assert_eq!(Complaints::during(|| ()).1, [""; 0]);
 }
 
 /// Whether a folder or one below it has the library.

@@ -61,29 +61,3 @@ impl RowsInSight {
         out.flush()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::export::svg::tests::with_samples;
-
-    #[test]
-    fn the_table_holds_every_sample_in_sight() {
-        let mut model = with_samples();
-        model.view.scope.zoom(5.0, 0.0);
-        let text = csv(&model);
-        let mut lines = text.lines();
-        assert_eq!(lines.next(), Some(SAMPLE_COLUMNS.join(",").as_str()));
-        let times: Vec<f64> = lines
-            .map(|line| {
-                line.split(',')
-                    .nth(1)
-                    .and_then(|cell| cell.parse().ok())
-                    .expect("a time")
-            })
-            .collect();
-        assert_eq!(times.last(), Some(&1.999));
-        assert!(times.len() >= 999 && times[0] > 0.99, "a second of two is seen");
-        assert!(text.contains(",42.0,"));
-    }
-}

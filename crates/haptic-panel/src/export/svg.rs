@@ -231,28 +231,22 @@ fn colour(color: fn(&Palette) -> Color32) -> usize {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
     use crate::plots::scope::trigger::Mode;
-    use crate::tape::tests::at;
+    use crate::tape::tests::{at, batch};
     use crate::update::Update;
-    use haptic_ipc::{Event, SamplesEvent};
+    use haptic_ipc::Event;
 
     /// Two seconds, with a spike of 42 N.
-    pub(crate) fn with_samples() -> Model {
+    fn with_samples() -> Model {
         let rows = (0..2000).map(|i| {
             let mut row = at(f64::from(i) * 1e-3);
             row.command_force_n = if i == 1500 { 42.0 } else { 0.0 };
             row
         });
-        let batch = SamplesEvent {
-            seq: 0,
-            dropped: 0,
-            rows: rows.collect(),
-            ..SamplesEvent::default()
-        };
         let mut model = Model::new();
-        model.apply(Update::Event(Event::Samples(batch)));
+        model.apply(Update::Event(Event::Samples(batch(rows.collect()))));
         model
     }
 

@@ -255,16 +255,10 @@ mod tests {
     use super::*;
     use crate::record::fixture::metadata;
     use crate::tape::tests::at;
-    use haptic_ipc::{Sample, SamplesEvent};
+    use haptic_ipc::Sample;
 
     fn batch(rows: Vec<Sample>) -> Event {
-        let (seq, dropped) = (0, 0);
-        Event::Samples(SamplesEvent {
-            seq,
-            dropped,
-            rows,
-            ..SamplesEvent::default()
-        })
+        Event::Samples(crate::tape::tests::batch(rows))
     }
 
     /// Waits for the end of a recording.

@@ -34,7 +34,6 @@ fn show_copy(ui: &mut Ui, command: Option<String>) {
     }
 }
 
-/// An entry as a line.
 pub(crate) fn line(entry: &JournalEntry) -> String {
     let by = entry
         .by
@@ -54,38 +53,4 @@ fn clock(unix_s: f64) -> String {
     let of_day = unix_s.max(0.0).rem_euclid(86_400.0).floor();
     let (hours, minutes, seconds) = (of_day / 3600.0, of_day % 3600.0 / 60.0, of_day % 60.0);
     format!("{:02}:{:02}:{:02}", hours.floor(), minutes.floor(), seconds)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use haptic_core::Directional;
-    use haptic_ipc::{Difference, Peer, Value};
-
-    #[test]
-    fn an_entry_says_when_who_and_what() {
-        let entry = JournalEntry {
-            seq: 3,
-            time_unix_s: 1_700_000_000.9,
-            tick: Some(17),
-            by: Some(Peer {
-                user: Some("ada".into()),
-                program: Some("haptic-ctl".into()),
-                pid: Some(31),
-                ..Peer::default()
-            }),
-            revision: 4,
-            changes: vec![Difference {
-                param: "static_force".into(),
-                unit: Some("N".into()),
-                before: Some(Value::Number(Directional::both(4.0))),
-                after: Some(Value::Number(Directional::both(5.0))),
-            }],
-            ..JournalEntry::of("set")
-        };
-        assert_eq!(
-            line(&entry),
-            "22:13:20 UTC ada (haptic-ctl, process 31): set, static_force: 4 N -> 5 N"
-        );
-    }
 }

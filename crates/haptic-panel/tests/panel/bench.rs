@@ -9,7 +9,7 @@ use haptic_ipc::{
     Description, ErrorCode, Event, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, StateEvent,
     WireError, params_of,
 };
-use haptic_panel::{Answer, Intent, Model, Page, Target, Update};
+use haptic_panel::{Answer, Files, Intent, Model, Page, Target, Update};
 use std::time::{Duration, Instant};
 
 pub(crate) const SOCKET: &str = "/run/user/1000/hapticd/control.sock";
@@ -245,6 +245,18 @@ pub(crate) fn wait(panel: &mut Panel, seconds: f64) {
     }
 }
 
+/// The first news of files that `pick` takes.
+pub(crate) fn answer_of<T>(files: &Files, pick: impl Fn(Update) -> Option<T>) -> T {
+    let began = Instant::now();
+    loop {
+        if let Some(answer) = files.updates().find_map(&pick) {
+            return answer;
+        }
+        assert!(began.elapsed() < Duration::from_secs(60), "no answer in time");
+        std::thread::yield_now();
+    }
+}
+
 pub(crate) fn of_depth(undo_depth: usize, redo_depth: usize) -> Update {
     let mut event = state_event(RigState::Engaged, 200);
     (event.undo_depth, event.redo_depth) = (undo_depth, redo_depth);
@@ -264,17 +276,11 @@ pub(crate) fn sample(t_s: f64) -> Sample {
         tick: 1,
         t_s,
         state: RigState::Engaged,
-        contact: 0,
         device_position_m: 0.012_34,
-        device_velocity_mps: 0.0,
         block_position_m: 0.012,
-        block_velocity_mps: 0.0,
         coupling_force_n: 3.5,
         command_force_n: -3.5,
         revision: 1,
-        wake_latency_ns: 0,
-        tick_ns: 0,
-        device_round_trip_ns: 0,
         ..Sample::default()
     }
 }

@@ -1,10 +1,11 @@
 //! Exports and recordings: what is asked for, and what is shown of them.
 
 use crate::bench::{
-    Hands as _, Panel, asked, at_page, connected, hear, is_enabled, panel, press, type_into, value_of, wait,
+    Hands as _, Panel, asked, at_page, connected, hear, is_enabled, lose_the_daemon, panel, press, type_into, value_of,
+    wait,
 };
 use crate::metadata::metadata;
-use crate::plots::{csv_times, feel, felt, rows};
+use crate::plots::{csv_times, feel, felt, rows, svg};
 use crate::rig::status;
 use crate::scene::active_scene;
 use egui::{Key, Modifiers};
@@ -93,13 +94,23 @@ fn every_path_field_has_a_desktop_dialog_button() {
     hear(&mut panel, Update::DialogClosed(Ok(None)));
     hear(&mut panel, Update::DialogClosed(Err("there is no portal".into())));
     panel.get_by_label("Type the path: there is no portal");
-    press(&mut panel, "Identify page");
-    press(&mut panel, "choose file to identify");
-    let (purpose, near) = (DialogPurpose::FileToIdentify, "/home/ada".into());
-    assert_eq!(asked(&mut panel), [Intent::Choose { purpose, near }]);
-    let chosen = (DialogPurpose::FileToIdentify, "/home/ada/sled.csv".into());
-    hear(&mut panel, Update::DialogClosed(Ok(Some(chosen))));
-    assert_eq!(value_of(&panel, "file to identify"), "/home/ada/sled.csv");
+    for (page, field, purpose) in [
+        ("Identify page", "file to identify", DialogPurpose::FileToIdentify),
+        ("Task page", "folder of the study", DialogPurpose::StudyFolder),
+        ("Task page", "plan of the study", DialogPurpose::StudyPlan),
+    ] {
+        press(&mut panel, page);
+        type_into(&mut panel, field, "/tmp/near");
+        press(&mut panel, &format!("choose {field}"));
+        let choose = Intent::Choose {
+            purpose,
+            near: "/tmp/near".into(),
+        };
+        assert!(asked(&mut panel).contains(&choose), "{field}");
+        let chosen = (purpose, "/home/ada/it".into());
+        hear(&mut panel, Update::DialogClosed(Ok(Some(chosen))));
+        assert_eq!(value_of(&panel, field), "/home/ada/it");
+    }
 }
 
 #[test]
@@ -126,12 +137,10 @@ fn a_recording_shows_its_length_and_size_until_it_is_ended() {
     let (path, totals) = (
         std::path::PathBuf::from("/home/ada/r.csv"),
         Totals {
-            rows: 12_300,
             lost: 2,
-            lost_changes: 0,
-            missed: 0,
             bytes: 1_810_000,
             length_s: 12.3,
+            ..Totals::default()
         },
     );
     let going = RecordingNews::Going {
@@ -178,25 +187,15 @@ fn a_recording_is_looked_at_without_a_daemon() {
     press(&mut panel, "Open recording");
     let path = std::path::PathBuf::from("/home/ada/r.csv");
     assert_eq!(asked(&mut panel), [Intent::Open { path: path.clone() }]);
-    let metadata = metadata();
     let ending = Ending::BrokenOff {
         place: Place::Line(90_005),
         bytes: 7,
     };
-    let loaded = Loaded::new(path.clone(), metadata, rows(0..90_000, |_| 1.0), &[], ending);
-    hear(
-        &mut panel,
-        Update::Opened {
-            path,
-            result: Ok(Box::new(loaded)),
-        },
-    );
+    let loaded = Loaded::new(path.clone(), metadata(), rows(0..90_000, |_| 1.0), &[], ending);
+    let result = Ok(Box::new(loaded));
+    hear(&mut panel, Update::Opened { path, result });
     panel.get_by_label("Force plot");
-    let lost = Update::Disconnected {
-        path: "/run/hapticd/control.sock".into(),
-        reason: "no such file".into(),
-    };
-    hear(&mut panel, lost);
+    lose_the_daemon(&mut panel);
     panel.get_by_label("No daemon");
     assert!(panel.query_by_label("Stop").is_none(), "there was never a rig to stop");
     press(&mut panel, "Tune page");
@@ -224,14 +223,7 @@ fn a_recording_is_looked_at_without_a_daemon() {
 pub(crate) fn going(path: &str) -> Update {
     Update::Recording(RecordingNews::Going {
         path: path.into(),
-        totals: Totals {
-            rows: 1,
-            lost: 0,
-            lost_changes: 0,
-            missed: 0,
-            bytes: 1,
-            length_s: 0.0,
-        },
+        totals: Totals::default(),
     })
 }
 
@@ -341,7 +333,7 @@ fn marker_is_set_by_key_or_button_and_shown_on_time_axis() {
     hear(&mut panel, going("/home/ada/r.mcap"));
     panel.hit_with(Modifiers::COMMAND, Key::M);
     assert_eq!(asked(&mut panel), [], "another key");
-    let svg = haptic_panel::export::svg(&panel.state().model);
+    let svg = svg(&panel);
     for text in ["marker 1", "my-turn"] {
         assert_eq!(svg.matches(&format!(">{text}</text>")).count(), 1, "{text}");
     }

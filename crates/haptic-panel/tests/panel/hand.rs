@@ -1,8 +1,6 @@
 //! The hand on a fake rig: the strip on which it is moved, and the rig that the panel starts.
 
-use crate::bench::{
-    Panel, SOCKET, asked, at_page, connected, hear, lose_the_daemon, panel, press, refuse, sample, wait,
-};
+use crate::bench::{Panel, asked, at_page, connected, hear, lose_the_daemon, panel, press, refuse, sample, wait};
 use crate::plots::feel;
 use crate::rig::status;
 use egui::vec2;
@@ -101,34 +99,10 @@ fn a_refused_hand_is_shown_and_a_lost_rig_takes_none() {
 }
 
 #[test]
-fn a_panel_without_a_daemon_starts_a_fake_rig() {
+fn a_panel_without_a_daemon_offers_a_fake_rig_and_others() {
     let mut panel = panel();
     assert!(panel.query_by_label("Start the fake rig").is_none(), "it still looks");
-    let lost = Update::Disconnected {
-        path: SOCKET.into(),
-        reason: "no such file".into(),
-    };
-    hear(&mut panel, lost);
-    asked(&mut panel);
-    press(&mut panel, "Start the fake rig");
-    assert_eq!(asked(&mut panel), [Intent::StartFakeRig]);
-    assert_eq!(Intent::StartFakeRig.request(), None, "no daemon is asked");
-    // Again, where it has ended.
-    let mut panel = connected(RigState::Idle);
     lose_the_daemon(&mut panel);
-    asked(&mut panel);
-    press(&mut panel, "Start the fake rig");
-    assert_eq!(asked(&mut panel), [Intent::StartFakeRig]);
-}
-
-#[test]
-fn a_panel_without_a_daemon_offers_the_other_rigs() {
-    let mut panel = panel();
-    let lost = Update::Disconnected {
-        path: SOCKET.into(),
-        reason: "no such file".into(),
-    };
-    hear(&mut panel, lost);
     assert!(panel.query_by_label("Other rigs of this machine:").is_none());
     let path = PathBuf::from("/run/hapticd@left/control.sock");
     let left = NamedSocket {
@@ -139,4 +113,13 @@ fn a_panel_without_a_daemon_offers_the_other_rigs() {
     asked(&mut panel);
     press(&mut panel, "Rig left");
     assert_eq!(asked(&mut panel), [Intent::ConnectTo { path }]);
+    press(&mut panel, "Start the fake rig");
+    assert_eq!(asked(&mut panel), [Intent::StartFakeRig]);
+    assert_eq!(Intent::StartFakeRig.request(), None, "no daemon is asked");
+    // Again, where it has ended.
+    let mut panel = connected(RigState::Idle);
+    lose_the_daemon(&mut panel);
+    asked(&mut panel);
+    press(&mut panel, "Start the fake rig");
+    assert_eq!(asked(&mut panel), [Intent::StartFakeRig]);
 }

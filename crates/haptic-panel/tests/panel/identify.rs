@@ -1,8 +1,8 @@
 //! The page of identification: what is asked, what is shown of the answer, and what is done with it.
 
 use crate::bench::{
-    Hands as _, Panel, asked, at_page, connected, hear, in_state, is_enabled, lose_the_daemon, panel, press, type_into,
-    wait,
+    Hands as _, Panel, answer, answer_of, asked, at_page, choose_item, connected, hear, in_state, is_enabled,
+    lose_the_daemon, panel, press, refuse, type_into, wait,
 };
 use crate::plots::{feel, rows};
 use crate::rig::status;
@@ -10,14 +10,13 @@ use crate::scene::active_scene;
 use egui::Key;
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::Scene;
-use haptic_ipc::{ChangeReply, Difference, ErrorCode, LeaseReply, RigState, SceneSaveReply, WireError};
+use haptic_ipc::{ChangeReply, Difference, ErrorCode, LeaseReply, RigState, SceneSaveReply};
 use haptic_lab::identify::ModelKind;
 use haptic_lab::identify::record_file::MovingMass;
 use haptic_panel::{Answer, Files, Found, Intent, Page, Question, Update};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::LazyLock;
-use std::time::{Duration, Instant};
 
 /// A record of 0.5 kg on a surface with 3 N of friction and 2 N s/m, pushed by a strong hand, with columns that
 /// nobody could guess.
@@ -38,12 +37,6 @@ fn foreign(folder: &Path) -> std::path::PathBuf {
     path
 }
 
-/// Chooses an item of a drop-down list.
-fn choose(panel: &mut Panel, list: &str, item: &str) {
-    press(panel, list);
-    panel.click_on(item);
-}
-
 /// Types the file, hears its columns and asks. Returns number and question.
 fn ask_for(panel: &mut Panel, path: &Path) -> (u64, Question) {
     type_into(panel, "file to identify", &path.display().to_string());
@@ -58,7 +51,7 @@ fn ask_for(panel: &mut Panel, path: &Path) -> (u64, Question) {
         ("position column", "Weg"),
         ("force column", "Kraft"),
     ] {
-        choose(panel, list, item);
+        choose_item(panel, list, item);
     }
     type_into(panel, "position gain to identify with", "0.001");
     press(panel, "Identify");
@@ -87,7 +80,7 @@ pub(crate) fn answered(mut panel: Panel) -> Panel {
 fn foreign_file_is_identified_with_the_chosen_columns() {
     let mut panel = at_page(panel(), Page::Identify);
     assert!(!is_enabled(&panel, "Identify"), "there is no file yet");
-    choose(&mut panel, "model", "Karnopp");
+    choose_item(&mut panel, "model", "Karnopp");
     let (number, question) = ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
     let source = question.file().expect("a file");
     assert_eq!(source.table.columns.position.as_deref(), Some("Weg"));
@@ -150,9 +143,9 @@ fn columns_gains_and_moving_mass_are_chosen() {
     ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
     press(&mut panel, "cancel identification");
     asked(&mut panel);
-    choose(&mut panel, "velocity column", "Weg");
+    choose_item(&mut panel, "velocity column", "Weg");
     type_into(&mut panel, "force gain to identify with", "9.81");
-    choose(&mut panel, "moving mass", "the device");
+    choose_item(&mut panel, "moving mass", "the device");
     assert!(!is_enabled(&panel, "The recording, as seen"), "none is open");
     press(&mut panel, "The rig, as seen");
     assert!(panel.query_by_label("velocity column").is_none());
@@ -174,7 +167,7 @@ fn what_is_known_is_given_and_a_number_that_is_none_is_named() {
     let mut panel = at_page(panel(), Page::Identify);
     type_into(&mut panel, "mass to identify with", "500 g");
     type_into(&mut panel, "offset to identify with", "0");
-    choose(&mut panel, "model", "LuGre");
+    choose_item(&mut panel, "model", "LuGre");
     let (_, question) = ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
     let options = &question.options;
     assert_eq!(
@@ -223,21 +216,21 @@ fn visible_rig_samples_are_identified_and_refusal_explained() {
     assert_eq!(between.origin(), "what is between the cursors at the rig, 0.3 s");
 }
 
-fn changed(revision: u64, dry_run: bool) -> Result<Answer, WireError> {
+fn changed(revision: u64, dry_run: bool) -> Answer {
     let change = Difference {
         param: "mass".to_owned(),
         unit: None,
         before: None,
         after: None,
     };
-    Ok(Answer::Changed(ChangeReply {
+    Answer::Changed(ChangeReply {
         revision,
         changed: !dry_run,
         tick: Some(1),
         dry_run,
         changes: vec![change],
         ..ChangeReply::default()
-    }))
+    })
 }
 
 #[test]
@@ -262,31 +255,26 @@ fn identified_scene_is_tried_under_a_lease_and_taken_back() {
             .request()
             .is_some_and(|request| format!("{request:?}").contains("dry_run: true"))
     );
-    let intent = foreseen[0].clone();
-    let result = changed(1, true);
-    hear(&mut panel, Update::Answered { intent, result });
+    answer(&mut panel, foreseen[0].clone(), changed(1, true));
     panel.get_by_label_contains("no objection");
     press(&mut panel, "Try this for 2 s");
     let lease = Intent::Lease { timeout_ms: 3000 };
     assert_eq!(asked(&mut panel), std::slice::from_ref(&lease), "first the lease");
-    let granted = Ok(Answer::Leased(LeaseReply { timeout_ms: 3000 }));
-    let update = Update::Answered {
-        intent: lease.clone(),
-        result: granted,
-    };
-    hear(&mut panel, update);
+    answer(
+        &mut panel,
+        lease.clone(),
+        Answer::Leased(LeaseReply { timeout_ms: 3000 }),
+    );
     let tried = Intent::Try { scene: scene.clone() };
     assert_eq!(asked(&mut panel), std::slice::from_ref(&tried));
-    let result = changed(2, false);
-    hear(&mut panel, Update::Answered { intent: tried, result });
+    answer(&mut panel, tried, changed(2, false));
     assert!(!is_enabled(&panel, "Try this for 2 s"), "one is under way");
     wait(&mut panel, 1.0);
     assert_eq!(asked(&mut panel), [], "it lasts two seconds");
     wait(&mut panel, 1.5);
     let back = Intent::TakeBack { revision: 2 };
     assert_eq!(asked(&mut panel), std::slice::from_ref(&back));
-    let result = changed(3, false);
-    hear(&mut panel, Update::Answered { intent: back, result });
+    answer(&mut panel, back, changed(3, false));
     assert_eq!(
         asked(&mut panel),
         [Intent::Lease { timeout_ms: 0 }],
@@ -297,8 +285,7 @@ fn identified_scene_is_tried_under_a_lease_and_taken_back() {
     // Without a lease nothing is tried.
     press(&mut panel, "Try this for 2 s");
     asked(&mut panel);
-    let result = Err(WireError::new(ErrorCode::Unknown, "somebody commissions the rig"));
-    hear(&mut panel, Update::Answered { intent: lease, result });
+    refuse(&mut panel, lease, ErrorCode::Unknown, "somebody commissions the rig");
     assert_eq!(asked(&mut panel), []);
     panel.get_by_label_contains("Not tried: no lease: somebody commissions the rig");
     lose_the_daemon(&mut panel);
@@ -324,8 +311,7 @@ fn identified_scene_is_saved_and_replaces_only_on_request() {
     };
     assert_eq!((name.as_str(), scene.name.as_str()), ("bench", "bench"));
     let intent = saved.clone().expect("it is asked");
-    let result = Err(WireError::new(ErrorCode::SceneExists, "there is one"));
-    hear(&mut panel, Update::Answered { intent, result });
+    refuse(&mut panel, intent, ErrorCode::SceneExists, "there is one");
     panel.get_by_label_contains("The library has a scene bench already");
     press(&mut panel, "Replace bench");
     let intent = asked(&mut panel).pop().expect("it is asked");
@@ -344,8 +330,7 @@ fn identified_scene_is_saved_and_replaces_only_on_request() {
         name: "bench".to_owned(),
         path: "/scenes/bench.toml".to_owned(),
     };
-    let result = Ok(Answer::Saved(reply));
-    hear(&mut panel, Update::Answered { intent, result });
+    answer(&mut panel, intent, Answer::Saved(reply));
     panel.get_by_label("Saved as bench (/scenes/bench.toml)");
     panel.state_mut().model.turn_to(Page::Tune);
     panel.run();
@@ -360,25 +345,17 @@ fn file_is_identified_on_its_own_thread_and_can_be_cancelled() {
     let folder = tempfile::tempdir().expect("a folder");
     let (_, question) = ask_for(&mut at_page(panel(), Page::Identify), &foreign(folder.path()));
     let mut files = Files::new(|_| {});
-    let answer = |files: &Files| {
-        let began = Instant::now();
-        loop {
-            let answer = files.updates().find_map(|update| match update {
-                Update::Identified { number, result } => Some((number, result)),
-                _ => None,
-            });
-            if let Some(answer) = answer {
-                return answer;
-            }
-            assert!(began.elapsed() < Duration::from_secs(60), "no answer in time");
-            std::thread::yield_now();
-        }
+    let found = |files: &Files| {
+        answer_of(files, |update| match update {
+            Update::Identified { number, result } => Some((number, result)),
+            _ => None,
+        })
     };
     files.identify(7, question.clone());
-    assert!(matches!(answer(&files), (7, Ok(_))));
+    assert!(matches!(found(&files), (7, Ok(_))));
     files.identify(8, question);
     files.cancel_identify();
-    let (8, Err(why)) = answer(&files) else {
+    let (8, Err(why)) = found(&files) else {
         panic!("it is given up")
     };
     assert!(why.contains("cancelled"), "{why}");

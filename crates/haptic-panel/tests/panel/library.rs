@@ -1,14 +1,14 @@
 //! The library of scenes: the list, saving, and the comparison with the active scene.
 
 use crate::advice::{advised, check};
-use crate::bench::{Hands as _, Panel, answer, asked, choose_item, enter, hear, press, state_event, type_into};
+use crate::bench::{Hands as _, Panel, answer, asked, choose_item, enter, hear, press, refuse, state_event, type_into};
 use crate::scene::{changed, informed};
 use egui::Key;
 use egui_kittest::kittest::Queryable;
 use haptic_core::Directional;
 use haptic_ipc::{
     Difference, ErrorCode, Event, ListedScene, RigState, SceneDiffReply, SceneListReply, SceneRef, SceneSaveReply,
-    Value, WireError,
+    Value,
 };
 use haptic_panel::{Answer, Intent, Update};
 
@@ -61,14 +61,7 @@ fn the_library_is_loaded_from_and_saved_to() {
         scene: None,
     };
     assert_eq!(crate::bench::asked(&mut panel), [save(false)]);
-    let refused = Update::Answered {
-        intent: save(false),
-        result: Err(WireError::new(
-            ErrorCode::SceneExists,
-            "there is a scene `mine`: say `replace`",
-        )),
-    };
-    hear(&mut panel, refused);
+    refuse(&mut panel, save(false), ErrorCode::SceneExists, "there is one");
     panel.get_by_label("The library has a scene mine already: save under another name, or replace it");
     press(&mut panel, "Replace mine");
     assert_eq!(crate::bench::asked(&mut panel), [save(true)]);

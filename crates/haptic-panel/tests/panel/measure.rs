@@ -2,17 +2,14 @@
 
 use crate::bench::{Hands as _, Panel, choose_item, connected, enter, hear, item_of, press, press_item, type_into};
 use crate::metadata::metadata;
-use crate::plots::{drag, feel, rows, wheel};
+use crate::plots::{drag, feel, rows, svg, wheel};
+use crate::scene::active_scene;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::Scene;
-use haptic_ipc::{RigState, Sample, SceneReply, params_of};
+use haptic_ipc::{RigState, Sample};
 use haptic_panel::{Loaded, Update};
 use haptic_recording::{Ending, Mark};
-
-fn svg(panel: &Panel) -> String {
-    haptic_panel::export::svg(&panel.state().model)
-}
 
 /// The label that begins so.
 fn label(panel: &Panel, beginning: &str) -> String {
@@ -109,10 +106,6 @@ fn the_spectrum_has_a_sine_at_its_frequency_and_tells_of_gaps() {
     torn.drain(1000..1010);
     open(&mut panel, "b.csv", torn, &[]);
     panel.get_by_label_contains("samples are missing 0.999 s after the first in sight");
-    // A stop is a stop.
-    crate::bench::asked(&mut panel);
-    panel.hit(Key::Space);
-    assert_eq!(crate::bench::asked(&mut panel), [haptic_panel::Intent::Stop]);
 }
 
 #[test]
@@ -287,15 +280,7 @@ fn dragged_cursor_dot_stays_on_its_turn_of_the_trail() {
 #[test]
 fn force_limits_are_lines_and_clipped_samples_are_dots() {
     let mut panel = connected(RigState::Engaged);
-    let scene = Scene::paper();
-    hear(
-        &mut panel,
-        Update::Scene(Ok(Box::new(SceneReply {
-            revision: 1,
-            params: params_of(&scene),
-            scene,
-        }))),
-    );
+    hear(&mut panel, active_scene(1, &Scene::paper()));
     // The limit of this recording is 20 N.
     let clipped = |ms: u32| Sample {
         command_force_n: if ms == 500 { -20.0 } else { 1.0 },

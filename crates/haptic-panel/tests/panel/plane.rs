@@ -2,6 +2,7 @@
 
 use crate::bench::{Hands as _, Panel, connected, hear, press, press_item, value_of};
 use crate::metadata::metadata;
+use crate::plots::svg;
 use crate::rig::status;
 use crate::scene::active_scene;
 use egui::{Key, Modifiers, Rect, Shape};
@@ -151,7 +152,7 @@ fn force_clipped_by_its_length_is_marked_in_the_plot() {
         hear(&mut panel, Update::Status(Ok(Box::new(status()))));
         hear(&mut panel, active_scene(1, &Scene::paper()));
         hear(&mut panel, Update::Event(Event::Samples(on_circle(5001, force_n))));
-        let svg = haptic_panel::export::svg(&panel.state().model);
+        let svg = svg(&panel);
         assert_eq!(svg.contains("clipped by the force limit"), is_marked, "{force_n} N");
     }
 }
@@ -175,7 +176,7 @@ fn readouts_and_table_hold_both_axes() {
 fn plane_is_exported_with_round_circles() {
     let mut panel = on_plane();
     press(&mut panel, "Plane page");
-    let svg = haptic_panel::export::svg(&panel.state().model);
+    let svg = svg(&panel);
     for text in ["Hand and block", "Coupling force", "Fs 4.00 N", "Workspace", "x (mm)"] {
         assert!(svg.contains(text), "{text}");
     }
@@ -199,7 +200,7 @@ fn force_against_velocity_of_a_plane_is_in_lengths() {
     let mut panel = on_plane();
     press(&mut panel, "Force against velocity");
     panel.get_by_label("Force against velocity plot");
-    let svg = haptic_panel::export::svg(&panel.state().model);
+    let svg = svg(&panel);
     assert!(svg.contains("Block velocity, length (mm/s)") && svg.contains("Coupling force, length (N)"));
     press(&mut panel, "Cursors");
     panel.get_by_label_contains("Cursor 1: 58.00 mm/s, 5.000 N");

@@ -5,39 +5,16 @@ use crate::bench::{
     strike_in_one_frame, value_of,
 };
 use crate::files::going;
-use crate::metadata::metadata;
-use crate::plots::{csv_times, drag, feel, felt, rows};
+use crate::plots::{csv_times, drag, feel, felt, rows, svg};
 use crate::scene::active_scene;
 use egui::{Key, Modifiers, OutputCommand};
 use egui_kittest::kittest::Queryable;
 use haptic_core::{Directional, Scene};
 use haptic_ipc::{Difference, Event, JournalEntry, Peer, RigState, StateChange, Value};
-use haptic_panel::{Intent, Loaded, Update};
-use haptic_recording::{Ending, Mark};
-
-fn svg(panel: &Panel) -> String {
-    haptic_panel::export::svg(&panel.state().model)
-}
+use haptic_panel::{Intent, Update};
 
 fn top_of(panel: &Panel, plot: &str) -> f32 {
     panel.get_by_label(plot).rect().top()
-}
-
-#[test]
-fn any_signal_is_shown_in_any_plot() {
-    let mut panel = felt(0..3000, |_| 2.0);
-    let text = svg(&panel);
-    assert!(
-        !text.contains(">Round trip<") && !text.contains(">Coupling force<"),
-        "at first the force on the hand alone"
-    );
-    press(&mut panel, "signals of the Force plot");
-    press_item(&mut panel, "Round trip");
-    let text = svg(&panel);
-    assert!(text.contains(">Force (N), Duration (µs)<"), "the axis names both");
-    press_item(&mut panel, "Force on the hand");
-    let text = svg(&panel);
-    assert!(text.contains(">Round trip<") && !text.contains(">Force on the hand<"));
 }
 
 #[test]
@@ -201,31 +178,6 @@ fn time_axis_flags_scene_and_state_changes_with_author() {
     press(&mut panel, "Freeze");
     feel(&mut panel, &rows(2000..5000, |_| 1.0));
     panel.get_by_label(released);
-}
-
-#[test]
-fn an_opened_recording_shows_what_its_marks_tell() {
-    let mut panel = connected(RigState::Engaged);
-    let state = |tick, state, fault: Option<&str>| Mark::State {
-        tick,
-        state,
-        fault: fault.map(str::to_owned),
-    };
-    let marks = [
-        state(500, RigState::Engaged, None),
-        state(1500, RigState::Faulted, Some("the device fell silent")),
-    ];
-    let loaded = Loaded::new(
-        "r.csv".into(),
-        metadata(),
-        rows(0..2000, |_| 1.0),
-        &marks,
-        Ending::Complete,
-    );
-    let (path, result) = ("r.csv".into(), Ok(Box::new(loaded)));
-    hear(&mut panel, Update::Opened { path, result });
-    panel.get_by_label("State: engaged");
-    panel.get_by_label("Trouble: faulted: the device fell silent");
 }
 
 const NOTE: &str = "note on this moment";

@@ -19,15 +19,17 @@ pub(crate) fn rows(ms: std::ops::Range<u32>, force: impl Fn(u32) -> f64) -> Vec<
     .collect()
 }
 
+/// A batch of a rig of one axis.
+pub(crate) fn batch_of(rows: Vec<Sample>) -> Update {
+    Update::Event(Event::Samples(SamplesEvent {
+        rows,
+        ..SamplesEvent::default()
+    }))
+}
+
 pub(crate) fn feel(panel: &mut Panel, rows: &[Sample]) {
     for batch in rows.chunks(34) {
-        let batch = SamplesEvent {
-            seq: 0,
-            dropped: 0,
-            rows: batch.to_vec(),
-            ..SamplesEvent::default()
-        };
-        panel.state_mut().model.apply(Update::Event(Event::Samples(batch)));
+        panel.state_mut().model.apply(batch_of(batch.to_vec()));
     }
     panel.run();
 }
@@ -37,6 +39,10 @@ pub(crate) fn felt(ms: std::ops::Range<u32>, force: impl Fn(u32) -> f64) -> Pane
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(ms, force));
     panel
+}
+
+pub(crate) fn svg(panel: &Panel) -> String {
+    haptic_panel::export::svg(&panel.state().model)
 }
 
 pub(crate) fn csv_times(panel: &Panel) -> (f64, f64) {

@@ -4,12 +4,12 @@ use crate::bench::{
     Hands as _, Panel, SOCKET, answer, asked, at_page, connected, greeted, hear, in_state, is_enabled, lose_the_daemon,
     press, refuse, sample, state_event,
 };
-use crate::plots::{feel, rows, timing};
+use crate::plots::{batch_of, feel, rows, timing};
 use egui::{Key, Modifiers, ViewportCommand, ViewportEvent, ViewportId};
 use egui_kittest::kittest::Queryable;
 use haptic_ipc::{
-    Bucket, ChangeReply, ErrorCode, Event, LinkCounts, LinkStatus, LinkedDevice, Request, RigState, Sample,
-    SamplesEvent, StateReply, Timing, WireError,
+    Bucket, ChangeReply, ErrorCode, Event, LinkCounts, LinkStatus, LinkedDevice, Request, RigState, Sample, StateReply,
+    Timing, WireError,
 };
 use haptic_panel::{Answer, Intent, Page, Update};
 use std::ops::Range;
@@ -135,34 +135,6 @@ fn nothing_is_drawn_while_nothing_is_new() {
 }
 
 #[test]
-fn a_second_click_never_engages_the_rig() {
-    for (before, button, after) in [
-        (RigState::Stopped, "Reset", RigState::Idle),
-        (RigState::Faulted, "Reset", RigState::Idle),
-        (RigState::Engaged, "Release", RigState::Releasing),
-        (RigState::Engaging, "Release", RigState::Releasing),
-        (RigState::Engaged, "Release", RigState::Idle),
-    ] {
-        let mut panel = connected(before);
-        let at = panel.get_by_label(button).rect().center();
-        let press = |panel: &mut Panel| {
-            panel.drag_at(at);
-            panel.step();
-            panel.drop_at(at);
-            panel.step();
-        };
-        press(&mut panel);
-        assert_eq!(asked(&mut panel).len(), 1, "{button}");
-        panel.state_mut().model.apply(in_state(after, 200));
-        panel.step();
-        press(&mut panel);
-        assert_eq!(asked(&mut panel), [], "{button}, and again when the rig is {after}");
-        panel.click_on("Engage");
-        assert_eq!(asked(&mut panel), [Intent::Engage], "it has a place of its own");
-    }
-}
-
-#[test]
 fn nothing_else_ever_stands_where_engage_does() {
     let states = [
         RigState::Disconnected,
@@ -186,42 +158,28 @@ fn nothing_else_ever_stands_where_engage_does() {
 }
 
 #[test]
-fn a_fault_is_shown_with_its_reason_and_moves_nothing() {
-    let mut panel = connected(RigState::Engaged);
-    let place = |panel: &Panel| panel.get_by_label("Tune page").rect();
-    let before = place(&panel);
-    let mut event = state_event(RigState::Faulted, 200);
-    event.fault = Some("the device is silent for 12 ms; the limit is 10 ms; ".repeat(4));
-    hear(&mut panel, Update::Event(Event::State(event)));
-    panel.get_by_label_contains("silent for 12 ms");
-    panel.get_by_label("Reset");
-    assert_eq!(place(&panel), before);
-}
-
-#[test]
 fn beside_a_long_fault_the_outcome_of_a_stop_is_whole() {
     let mut panel = connected(RigState::Engaged);
+    let pages = |panel: &Panel| panel.get_by_label("Tune page").rect();
+    let before = pages(&panel);
     let mut event = state_event(RigState::Faulted, 200);
     event.fault = Some("control_lost: no stop could be received, ".repeat(8));
     hear(&mut panel, Update::Event(Event::State(event)));
+    assert_eq!(pages(&panel), before, "nothing moves");
+    panel.get_by_label("Reset");
     let outcome = panel.get_by_label_contains("Zero force since tick").rect();
     let fault = panel.get_by_label_contains("Fault: control_lost").rect();
     assert!(
         outcome.top() >= 0.0 && outcome.bottom() <= fault.top() + 1.0,
         "{outcome:?}, {fault:?}"
     );
-    let pages = panel.get_by_label("Tune page").rect();
-    assert!(fault.bottom() <= pages.top(), "{fault:?}, {pages:?}");
+    assert!(fault.bottom() <= before.top(), "{fault:?}, {before:?}");
 }
 
 #[test]
 fn panel_without_daemon_names_socket_and_disables_controls() {
     let mut panel = connected(RigState::Engaged);
-    let lost = Update::Disconnected {
-        path: SOCKET.into(),
-        reason: "the daemon closed the connection".into(),
-    };
-    hear(&mut panel, lost);
+    lose_the_daemon(&mut panel);
     panel.get_by_label("Not connected");
     panel.get_by_label("Connection lost: the daemon closed the connection");
     panel.get_by_label_contains(SOCKET);
@@ -251,13 +209,7 @@ fn newest_sample_is_shown_and_stale_values_are_grey() {
             device_sequence: tick.clamp(numbers.start, numbers.end),
             ..sample(f64::from(tick) / 250.0)
         };
-        let batch = SamplesEvent {
-            seq: 0,
-            dropped: 0,
-            rows: ticks.map(of_device).collect(),
-            ..SamplesEvent::default()
-        };
-        hear(panel, Update::Event(Event::Samples(batch)));
+        hear(panel, batch_of(ticks.map(of_device).collect()));
     };
     hear_rows(&mut panel, 1..1250, 1..1250);
     panel.get_by_label("-3.50");
@@ -374,31 +326,20 @@ fn a_daemon_that_dies_under_force_leaves_the_rig_unknown() {
 }
 
 #[test]
-fn a_rig_that_is_unplugged_says_why_beside_its_state() {
-    let mut panel = connected(RigState::Idle);
-    let link = LinkStatus {
-        waiting: Some("/dev/ttyACM0 is not there".into()),
-        ..LinkStatus::default()
-    };
-    let timing = Timing {
-        link: Some(link),
-        ..Timing::default()
-    };
-    hear(&mut panel, Update::Event(Event::Timing(Box::new(timing))));
-    assert!(panel.query_by_label_contains("No rig:").is_none());
-    hear(&mut panel, in_state(RigState::Disconnected, 200));
-    panel.get_by_label("No rig: /dev/ttyACM0 is not there");
-}
-
-#[test]
 fn the_scene_of_the_library_is_named_and_that_it_was_changed() {
     let mut panel = connected(RigState::Idle);
-    for (name, changed, line) in [
-        ("paper", false, "Scene: paper (library)"),
-        ("paper", true, "Scene: paper (library, changed)"),
-        ("sticky", true, "Scene: paper (sticky, changed)"),
+    for (name, changed, line, listed) in [
+        ("paper", false, "Scene: paper (library)", "paper"),
+        ("paper", true, "Scene: paper (library, changed)", "paper"),
+        ("sticky", false, "Scene: paper (sticky)", "sticky"),
+        ("sticky", true, "Scene: paper (sticky, changed)", "sticky"),
         // A name in the library is that of a file.
-        ("simulated-friction", false, "Scene: simulated friction (library)"),
+        (
+            "simulated-friction",
+            false,
+            "Scene: simulated friction (library)",
+            "simulated friction",
+        ),
     ] {
         let mut event = state_event(RigState::Idle, 100);
         if name.starts_with("simulated") {
@@ -410,23 +351,7 @@ fn the_scene_of_the_library_is_named_and_that_it_was_changed() {
         status.library_scene = Some(haptic_ipc::LibraryScene { name, changed });
         hear(&mut panel, Update::Status(Ok(Box::new(status))));
         panel.get_by_label(line);
-    }
-}
-
-#[test]
-fn a_saved_scene_goes_by_the_name_under_which_it_was_saved() {
-    let mut panel = connected(RigState::Idle);
-    let shown = |panel: &Panel| panel.get_by_label("scenes").value();
-    for (name, changed, title) in [
-        ("sticky", false, "sticky"),
-        ("sticky", true, "sticky"),
-        ("paper", false, "paper"),
-    ] {
-        let name = name.to_owned();
-        let mut status = status();
-        status.library_scene = Some(haptic_ipc::LibraryScene { name, changed });
-        hear(&mut panel, Update::Status(Ok(Box::new(status))));
-        assert_eq!(shown(&panel).as_deref(), Some(title));
+        assert_eq!(panel.get_by_label("scenes").value().as_deref(), Some(listed));
     }
 }
 
@@ -444,18 +369,12 @@ fn numbers_beyond_any_rig_do_no_harm() {
         t_s: 1e300,
         ..sample(0.0)
     });
-    let batch = SamplesEvent {
-        seq: 0,
-        dropped: 7,
-        rows,
-        ..SamplesEvent::default()
-    };
-    hear(&mut panel, Update::Event(Event::Samples(batch)));
+    hear(&mut panel, batch_of(rows));
     panel.get_by_label("Force plot");
 }
 
 #[test]
-fn the_link_to_the_rig_is_always_in_sight() {
+fn the_link_is_always_in_sight_and_says_why_there_is_no_rig() {
     let mut panel = connected(RigState::Idle);
     let timing = |link: LinkStatus| {
         Update::Event(Event::Timing(Box::new(Timing {
@@ -470,6 +389,9 @@ fn the_link_to_the_rig_is_always_in_sight() {
     };
     hear(&mut panel, timing(waiting));
     panel.get_by_label("Link: /dev/ttyACM0 is not there");
+    assert!(panel.query_by_label_contains("No rig:").is_none());
+    hear(&mut panel, in_state(RigState::Disconnected, 200));
+    panel.get_by_label("No rig: /dev/ttyACM0 is not there");
     let connected = LinkStatus {
         device: Some(LinkedDevice {
             firmware: "demo 1.0".into(),

@@ -8,7 +8,7 @@ use egui::Key;
 use egui_kittest::kittest::Queryable;
 use haptic_ipc::RigState;
 use haptic_panel::{
-    DialogPurpose, Intent, Page, Stage, StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectState, Update,
+    Intent, Page, Stage, StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectState, Update,
 };
 use haptic_studies::plan::Task;
 
@@ -39,33 +39,6 @@ fn the_page_of_the_other_task_leads_to_the_study_that_is_open() {
     let mut panel = at_page(panel, Page::Task);
     press(&mut panel, "To the page Perception");
     assert_eq!(panel.state().model.page(), Page::Perception);
-}
-
-#[test]
-fn folder_and_plan_of_a_study_are_chosen_in_the_desktops_dialog() {
-    let mut panel = at_page(connected(RigState::Idle), Page::Task);
-    for (field, button, purpose) in [
-        (
-            "folder of the study",
-            "choose folder of the study",
-            DialogPurpose::StudyFolder,
-        ),
-        (
-            "plan of the study",
-            "choose plan of the study",
-            DialogPurpose::StudyPlan,
-        ),
-    ] {
-        type_into(&mut panel, field, "/tmp/near");
-        press(&mut panel, button);
-        let near = "/tmp/near".into();
-        assert_eq!(asked(&mut panel), [Intent::Choose { purpose, near }]);
-        hear(
-            &mut panel,
-            Update::DialogClosed(Ok(Some((purpose, "/home/ada/it".into())))),
-        );
-        assert_eq!(value_of(&panel, field), "/home/ada/it");
-    }
 }
 
 pub(crate) fn held() -> Stage {

@@ -1,20 +1,20 @@
 //! What would have been felt along a recording: asked for by its menu, drawn over it.
 
 use crate::bench::{
-    Hands as _, Panel, answer, asked, at_page, connected, hear, is_enabled, lose_the_daemon, panel, press, refuse,
+    Panel, answer, answer_of, asked, at_page, connected, hear, is_enabled, lose_the_daemon, panel, press, refuse,
 };
 use crate::library::listed;
 use crate::metadata::metadata;
+use crate::plots::svg;
 use crate::scene::active_scene;
-use egui::Key;
 use egui_kittest::kittest::Queryable;
 use haptic_core::Scene;
+use haptic_core::scene::SceneFile;
 use haptic_ipc::{ErrorCode, Event, ListedScene, RigState, Sample, SampleY, SamplesEvent, SceneListReply, SceneReply};
 use haptic_panel::{Answer, Files, Intent, Loaded, Page, Update, WhatIfTape};
 use haptic_recording::{Mark, Metadata};
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
 
 /// A second of a hand at 1 Hz under force, as a recording that begins with force.
 fn motion() -> Vec<Sample> {
@@ -38,13 +38,8 @@ fn motion() -> Vec<Sample> {
     (1000..2000).map(row).collect()
 }
 
-/// A recording of [`motion`] with a marker, as a file.
-fn recorded(folder: &std::path::Path) -> PathBuf {
-    recorded_of(1, folder)
-}
-
-/// The same of a rig of so many axes: on two the hand draws a circle.
-fn recorded_of(axes: u8, folder: &std::path::Path) -> PathBuf {
+/// A recording of [`motion`] with a marker, as a file of a rig of so many axes: on two the hand draws a circle.
+fn recorded(axes: u8, folder: &std::path::Path) -> PathBuf {
     let path = folder.join("motion.csv");
     let about = Metadata { axes, ..metadata() };
     let mut recorder = haptic_recording::create(&path, &about, false).expect("begun");
@@ -87,6 +82,16 @@ fn looking_at(path: &std::path::Path, scene: &Scene) -> Panel {
     panel
 }
 
+/// Asks for a rendering by an item of the menu. Returns the question.
+fn ask(panel: &mut Panel, item: &str) -> (u64, PathBuf, Option<SceneFile>) {
+    press(panel, "What if...");
+    press(panel, item);
+    match asked(panel).pop() {
+        Some(Intent::WhatIf { number, path, scene }) => (number, path, scene.map(|scene| *scene)),
+        other => panic!("{other:?}"),
+    }
+}
+
 fn stickier() -> Scene {
     let scene = Scene::paper().with(&[("Fd".parse().expect("a parameter"), 9.0)]);
     Scene {
@@ -98,24 +103,17 @@ fn stickier() -> Scene {
 #[test]
 fn what_if_of_the_edited_scene_is_drawn_over_the_recording() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = recorded(folder.path());
+    let path = recorded(1, folder.path());
     let mut panel = looking_at(&path, &stickier());
-    let svg = |panel: &Panel| haptic_panel::export::svg(&panel.state().model);
     for marker in [">here &amp; now</text>", "class=\"mark "] {
         assert!(svg(&panel).contains(marker), "{marker}");
     }
     assert!(!svg(&panel).contains("What if"));
     let plot = panel.get_by_label("Force plot").rect();
-    press(&mut panel, "What if...");
-    press(&mut panel, "what if: active scene");
-    let asked_for = asked(&mut panel);
-    let [Intent::WhatIf { number, path, scene }] = &asked_for[..] else {
-        panic!("{asked_for:?}")
-    };
-    assert_eq!(scene.as_deref(), Some(&stickier().into()));
+    let (number, path, scene) = ask(&mut panel, "what if: active scene");
+    assert_eq!(scene, Some(stickier().into()));
     panel.get_by_label("Cancel what-if");
-    let result = WhatIfTape::render(path, Some(stickier().into()), &AtomicBool::new(false)).map(Box::new);
-    let number = *number;
+    let result = WhatIfTape::render(&path, scene, &AtomicBool::new(false)).map(Box::new);
     // The answer to another question is not shown.
     let other = Update::WhatIf {
         number: number + 1,
@@ -137,19 +135,13 @@ fn what_if_of_the_edited_scene_is_drawn_over_the_recording() {
 #[test]
 fn what_if_of_a_plane_is_drawn_by_its_parts() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = recorded_of(2, folder.path());
+    let path = recorded(2, folder.path());
     let mut panel = looking_at(&path, &stickier());
-    press(&mut panel, "What if...");
-    press(&mut panel, "what if: active scene");
-    let asked_for = asked(&mut panel);
-    let [Intent::WhatIf { number, path, scene }] = &asked_for[..] else {
-        panic!("{asked_for:?}")
-    };
-    let result = WhatIfTape::render(path, scene.as_deref().cloned(), &AtomicBool::new(false)).map(Box::new);
-    let number = *number;
+    let (number, path, scene) = ask(&mut panel, "what if: active scene");
+    let result = WhatIfTape::render(&path, scene, &AtomicBool::new(false)).map(Box::new);
     hear(&mut panel, Update::WhatIf { number, result });
     panel.get_by_label_contains("What if sticky: 9.");
-    let svg = haptic_panel::export::svg(&panel.state().model);
+    let svg = svg(&panel);
     for line in [">What if, x</text>", ">What if, y</text>"] {
         assert!(svg.contains(line), "{line}");
     }
@@ -158,7 +150,7 @@ fn what_if_of_a_plane_is_drawn_by_its_parts() {
 #[test]
 fn recording_is_replayed_without_a_daemon() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = recorded(folder.path());
+    let path = recorded(1, folder.path());
     let mut panel = at_page(panel(), Page::Record);
     let result = Loaded::read(&path, |_| {}).map(Box::new);
     let opened = Update::Opened { path, result };
@@ -166,39 +158,22 @@ fn recording_is_replayed_without_a_daemon() {
     asked(&mut panel);
     press(&mut panel, "What if...");
     assert!(!is_enabled(&panel, "what if: active scene"), "there is none");
-    press(&mut panel, "what if: own scenes");
-    let asked_for = asked(&mut panel);
-    let [
-        Intent::WhatIf {
-            number,
-            path,
-            scene: None,
-        },
-    ] = &asked_for[..]
-    else {
-        panic!("{asked_for:?}")
-    };
-    let (number, result) = (
-        *number,
-        WhatIfTape::render(path, None, &AtomicBool::new(false)).map(Box::new),
-    );
+    press(&mut panel, "What if...");
+    let (number, path, scene) = ask(&mut panel, "what if: own scenes");
+    assert_eq!(scene, None);
+    let result = WhatIfTape::render(&path, None, &AtomicBool::new(false)).map(Box::new);
     hear(&mut panel, Update::WhatIf { number, result });
     panel.get_by_label_contains("Replay of 1000 ticks: the force differs by up to");
     press(&mut panel, "Hide what-if");
     asked(&mut panel);
-    press(&mut panel, "What if...");
-    press(&mut panel, "what if: high-stiction");
-    let asked_for = asked(&mut panel);
-    let [Intent::WhatIf { scene: Some(scene), .. }] = &asked_for[..] else {
-        panic!("{asked_for:?}")
-    };
-    assert_eq!(scene.name, "high stiction");
+    let (_, _, scene) = ask(&mut panel, "what if: high-stiction");
+    assert_eq!(scene.map(|scene| scene.name).as_deref(), Some("high stiction"));
 }
 
 #[test]
 fn what_if_of_a_saved_scene_asks_the_daemon_for_it() {
     let folder = tempfile::tempdir().expect("a folder");
-    let recording = recorded(folder.path());
+    let recording = recorded(1, folder.path());
     let mut panel = looking_at(&recording, &stickier());
     let saved = ListedScene {
         path: Some("/elsewhere/ours.toml".into()),
@@ -253,17 +228,9 @@ fn what_if_of_a_saved_scene_asks_the_daemon_for_it() {
 #[test]
 fn cancelled_what_if_shows_nothing_and_failed_one_its_reason() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = recorded(folder.path());
+    let path = recorded(1, folder.path());
     let mut panel = looking_at(&path, &stickier());
-    let ask = |panel: &mut Panel| {
-        press(panel, "What if...");
-        press(panel, "what if: active scene");
-        match asked(panel).pop() {
-            Some(Intent::WhatIf { number, .. }) => number,
-            other => panic!("{other:?}"),
-        }
-    };
-    let number = ask(&mut panel);
+    let (number, ..) = ask(&mut panel, "what if: active scene");
     press(&mut panel, "Cancel what-if");
     assert_eq!(asked(&mut panel), [Intent::CancelWhatIf]);
     let given_up = WhatIfTape::render(&path, Some(stickier().into()), &AtomicBool::new(true));
@@ -275,20 +242,13 @@ fn cancelled_what_if_shows_nothing_and_failed_one_its_reason() {
     hear(&mut panel, late);
     panel.get_by_label("What if...");
     assert!(panel.query_by_label_contains("given up").is_none());
-    let number = ask(&mut panel);
-    let result = WhatIfTape::render(
-        &folder.path().join("gone.csv"),
-        Some(stickier().into()),
-        &AtomicBool::new(false),
-    );
-    let result = result.map(Box::new);
+    let (number, _, scene) = ask(&mut panel, "what if: active scene");
+    let gone = folder.path().join("gone.csv");
+    let result = WhatIfTape::render(&gone, scene, &AtomicBool::new(false)).map(Box::new);
     hear(&mut panel, Update::WhatIf { number, result });
     panel.get_by_label_contains("gone.csv");
     panel.get_by_label("What if...");
-    // A stop is a stop.
-    ask(&mut panel);
-    panel.hit(Key::Space);
-    assert_eq!(asked(&mut panel), [Intent::Stop]);
+    ask(&mut panel, "what if: active scene");
     press(&mut panel, "Close recording");
     assert_eq!(asked(&mut panel), [Intent::CancelWhatIf]);
 }
@@ -296,20 +256,12 @@ fn cancelled_what_if_shows_nothing_and_failed_one_its_reason() {
 #[test]
 fn a_rendering_is_done_by_a_thread_of_its_own() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = recorded(folder.path());
+    let path = recorded(1, folder.path());
     let mut files = Files::new(|_| {});
     files.what_if(7, path, Some(stickier().into()));
-    let began = Instant::now();
-    let result = loop {
-        let answer = files.updates().find_map(|update| match update {
-            Update::WhatIf { number, result } => Some((number, result)),
-            _ => None,
-        });
-        if let Some(answer) = answer {
-            break answer;
-        }
-        assert!(began.elapsed() < Duration::from_secs(30), "no answer in time");
-        std::thread::yield_now();
-    };
+    let result = answer_of(&files, |update| match update {
+        Update::WhatIf { number, result } => Some((number, result)),
+        _ => None,
+    });
     assert!(matches!(result, (7, Ok(_))), "{result:?}");
 }

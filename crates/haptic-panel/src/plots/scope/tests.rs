@@ -1,12 +1,7 @@
 //! Tests of the view of the plots.
 
 use super::*;
-use crate::record::Loaded;
-use crate::record::fixture::metadata;
-use crate::tape::signal::Signal;
 use crate::tape::tests::{at, batch};
-use haptic_recording::Ending;
-use std::time::{Duration, Instant};
 
 /// A view and the tapes that it shows.
 #[derive(Default)]
@@ -30,13 +25,6 @@ impl Bench {
 
     fn extend_to_30_s(&mut self) {
         self.extend(&(20_001..30_000).map(|ms| at(f64::from(ms) * 1e-3)).collect::<Vec<_>>());
-    }
-
-    fn open(&mut self, rows: impl IntoIterator<Item = Sample>) {
-        let loaded = Loaded::new("r.csv".into(), metadata(), rows, &[], Ending::Complete);
-        self.tapes.open(loaded);
-        self.scope = Scope::of_recording();
-        self.scope.open(self.tapes.opened_tape().expect("a recording"));
     }
 
     fn seen(&self) -> TimeRange {
@@ -69,17 +57,6 @@ fn plots_run_until_they_are_moved() {
 }
 
 #[test]
-fn a_frozen_tape_stays_while_the_rig_goes_on() {
-    let mut bench = Bench::running();
-    bench.freeze();
-    bench.extend_to_30_s();
-    assert_eq!(bench.tape().newest_s(), Some(20.0));
-    assert!(!bench.scope.follows());
-    bench.scope.follow();
-    assert!(bench.tape().newest_s() > Some(29.9));
-}
-
-#[test]
 fn sample_after_a_freeze_copies_only_the_last_chunk() {
     let mut bench = Bench::running();
     bench.freeze();
@@ -88,39 +65,6 @@ fn sample_after_a_freeze_copies_only_the_last_chunk() {
     bench.extend(&[at(20.001)]);
     assert_eq!(bench.tape().shared_chunks(bench.tapes.live()), (19, 20));
     assert_eq!(bench.tape().newest_s(), Some(20.0));
-}
-
-/// The quickest of some runs: what the work takes without its neighbours on the machine.
-fn quickest<T>(mut work: impl FnMut() -> T) -> (Duration, T) {
-    let runs = (0..20).map(|_| {
-        let began = Instant::now();
-        let made = work();
-        (began.elapsed(), made)
-    });
-    runs.min_by_key(|(time, _)| *time).expect("there are runs")
-}
-
-/// `cargo test --release -p haptic-panel --lib an_hour -- --ignored --nocapture` prints the times.
-#[test]
-#[ignore = "measures"]
-fn an_hour_is_frozen_and_outlined_within_5_ms() {
-    let mut bench = Bench::default();
-    bench.open((0..3_600_000).map(|ms| at(f64::from(ms) * 1e-3)));
-    let (freezing, ()) = quickest(|| bench.freeze());
-    let frozen = bench.scope.frozen.as_ref().expect("it is frozen");
-    let (shared, all) = frozen.shared_chunks(bench.tape());
-    assert_eq!(shared, all);
-    let seen = bench.seen();
-    let ends = (seen.from_s, seen.to_s);
-    let (outlining, lines) = quickest(|| frozen.outlines(&Signal::ALL, ends, seen.column_s(1280.0)));
-    println!(
-        "an hour at 1 kHz: frozen in {} us ({all} chunks, all shared); {} lines of {} points in {:.2} ms",
-        freezing.as_micros(),
-        lines.len(),
-        lines.iter().map(Vec::len).sum::<usize>(),
-        outlining.as_secs_f64() * 1e3
-    );
-    assert!((freezing + outlining).as_millis() < 5);
 }
 
 #[test]
@@ -156,16 +100,6 @@ fn a_held_view_outlives_the_daemon() {
         bench.scope.follow();
         assert_eq!(bench.tape().newest_s(), Some(0.5));
     }
-}
-
-#[test]
-fn a_recording_is_shown_whole_while_the_rig_goes_on() {
-    let mut bench = Bench::running();
-    bench.open((0..100).map(|i| at(f64::from(i))));
-    bench.extend_to_30_s();
-    assert_eq!((bench.seen().from_s, bench.seen().to_s), (0.0, 99.0));
-    bench.scope.zoom(2.0, 99.0);
-    assert_eq!((bench.seen().from_s, bench.seen().to_s), (49.5, 99.0));
 }
 
 #[test]
