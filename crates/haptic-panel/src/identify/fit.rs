@@ -3,7 +3,7 @@
 use super::{Found, Headings};
 use crate::intent::Intent;
 use crate::notice::Notice;
-use crate::tune::scene_edits::{save_refused, saved};
+use crate::tune::saving::Saving;
 use crate::update::Answer;
 use haptic_core::Scene;
 use haptic_ipc::{Advice, WireError};
@@ -60,8 +60,9 @@ pub(crate) enum Progress {
     #[default]
     None,
     /// It is running; the share that is done, if it is known.
-    Asked { share: Option<f64> },
-    /// It is found.
+    Asked {
+        share: Option<f64>,
+    },
     Found(Box<Found>),
     /// Why nothing was found.
     Failed(String),
@@ -77,15 +78,13 @@ pub(crate) struct Fitting {
     headings_of: Option<PathBuf>,
     /// Number of the newest question.
     questions: u64,
-    progress: Progress,
-    advice: Foreseen,
+    pub(super) progress: Progress,
+    /// What the daemon says of the scene.
+    pub(super) advice: Foreseen,
     /// The scene that the advice is on.
     foreseen: Option<Scene>,
     trial: TrialStep,
-    /// The name under which to save, as it is typed.
-    pub(crate) save_as: String,
-    /// The name of a scene in the library that a save would replace.
-    pub(crate) would_replace: Option<String>,
+    pub(crate) saving: Saving,
     /// Outcome of the last try or save.
     pub(crate) report: Option<Notice>,
 }
@@ -116,16 +115,6 @@ enum TrialStep {
 pub(crate) const TRIAL_LEASE_MS: u32 = 3000;
 
 impl Fitting {
-    /// How far it is.
-    pub(crate) fn progress(&self) -> &Progress {
-        &self.progress
-    }
-
-    /// What the daemon says of the scene.
-    pub(crate) fn advice(&self) -> &Foreseen {
-        &self.advice
-    }
-
     /// Whether a try is under way.
     pub(crate) fn is_trying(&self) -> bool {
         self.trial != TrialStep::None
@@ -158,12 +147,10 @@ impl Fitting {
         Some(Intent::ReadHeadings { path })
     }
 
-    /// Takes the columns of a file.
     pub(crate) fn take_headings(&mut self, path: PathBuf, names: Headings) {
         self.headings = Some((path, names));
     }
 
-    /// Chooses a file.
     pub(crate) fn choose_file(&mut self, path: &Path) {
         self.choice.origin = Origin::File;
         self.choice.path = path.display().to_string();
@@ -267,17 +254,17 @@ impl Fitting {
                 };
             }
             (Intent::Lease { .. }, _) => {}
-            (Intent::Save { scene: Some(_), .. }, Ok(Answer::Saved(reply))) => {
-                self.would_replace = None;
-                self.report = Some(saved(&reply));
-            }
             (
                 Intent::Save {
                     scene: Some(_), name, ..
                 },
-                Err(error),
+                result,
             ) => {
-                self.report = Some(save_refused(name, error, &mut self.would_replace));
+                self.report = match result {
+                    Ok(Answer::Saved(reply)) => Some(self.saving.answered(name, Ok(&reply))),
+                    Ok(other) => return Some(Ok(other)),
+                    Err(error) => Some(self.saving.answered(name, Err(error))),
+                };
             }
             (_, result) => return Some(result),
         }

@@ -1,6 +1,6 @@
 //! A chart of data and fit, thinned: an hour of samples has more dots than the window has pixels.
 
-use crate::tape::outline::{Span, outlines};
+use crate::tape::outline::{BREAK, Span, outlines};
 use haptic_lab::drawing::{Chart, Form};
 
 /// Cells across and up in which one dot is kept: some ten to each dot that a window can show, for the zoom.
@@ -12,13 +12,10 @@ const KEPT_COLUMNS: f64 = 4000.0;
 /// Share of the extent that is left free at either end.
 const MARGIN: f64 = 0.05;
 
-/// A chart of data and fit.
+/// A chart of data and fit, with the extent of its points.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FitChart {
-    pub(crate) title: String,
-    /// Names of the horizontal and the vertical axis.
-    pub(crate) labels: [String; 2],
-    pub(crate) traces: Vec<FitTrace>,
+    pub(crate) chart: Chart,
     pub(crate) extent: Extent,
 }
 
@@ -29,40 +26,24 @@ pub(crate) struct Extent {
     pub(crate) greatest: [f64; 2],
 }
 
-/// Dots or a line.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct FitTrace {
-    pub(crate) name: String,
-    pub(crate) is_dots: bool,
-    /// The parts of a line, or all dots.
-    pub(crate) parts: Vec<Vec<[f64; 2]>>,
+impl FitChart {
+    pub(super) fn new(mut chart: Chart) -> Self {
+        let extent = Extent::of(chart.traces.iter().flat_map(|trace| &trace.points).copied());
+        for trace in &mut chart.traces {
+            trace.points = if trace.form == Form::Dots {
+                thinned(trace.points.iter().copied(), extent, KEPT_CELLS)
+            } else {
+                let parts: Vec<_> = parts(&trace.points).map(outlined).collect();
+                parts.join(&BREAK)
+            };
+        }
+        Self { chart, extent }
+    }
 }
 
-impl FitChart {
-    pub(super) fn new(chart: &Chart) -> Self {
-        let points = || chart.traces.iter().flat_map(|trace| &trace.points).copied();
-        let extent = Extent::of(points());
-        let traces = chart.traces.iter().map(|trace| {
-            let is_dots = trace.form == Form::Dots;
-            let parts = if is_dots {
-                vec![thinned(trace.points.iter().copied(), extent, KEPT_CELLS)]
-            } else {
-                let parts = trace.points.split(|point| !is_finite(point));
-                parts.filter(|part| !part.is_empty()).map(outlined).collect()
-            };
-            FitTrace {
-                name: trace.name.clone(),
-                is_dots,
-                parts,
-            }
-        });
-        Self {
-            title: chart.title.clone(),
-            labels: [chart.across.label.clone(), chart.up.label.clone()],
-            traces: traces.collect(),
-            extent,
-        }
-    }
+/// The parts of a line between its breaks.
+pub(crate) fn parts(line: &[[f64; 2]]) -> impl Iterator<Item = &[[f64; 2]]> {
+    line.split(|point| !is_finite(point)).filter(|part| !part.is_empty())
 }
 
 impl Extent {
@@ -162,30 +143,28 @@ mod tests {
         let chart = Chart::new("Force", "Velocity (m/s)", "Force (N)")
             .with(Trace::dots("measured", circle.chain([spike]).collect()))
             .with(Trace::line("residual", line.collect()));
-        let thin = FitChart::new(&chart);
-        let [dots, line] = &thin.traces[..] else {
-            panic!("{:?}", thin.traces.len())
+        let FitChart { chart, extent } = FitChart::new(chart);
+        let [dots, line] = &chart.traces[..] else {
+            panic!("{:?}", chart.traces.len())
         };
-        assert!(
-            dots.parts[0].contains(&spike) && dots.parts[0].len() < 200_000,
-            "{}",
-            dots.parts[0].len()
-        );
-        assert!(line.parts[0].contains(&[77.777, 5.0]) && line.parts[0].len() < 9000);
-        assert!(thin.extent.greatest[1] > 9.0);
+        let (dots, line) = (&dots.points, &line.points);
+        assert!(dots.contains(&spike) && dots.len() < 200_000, "{}", dots.len());
+        assert!(line.contains(&[77.777, 5.0]) && line.len() < 9000);
+        assert!(extent.greatest[1] > 9.0);
         // What is seen of a part of it is what lies there.
         let part = Extent {
             least: [0.0, 8.0],
             greatest: [1.0, 10.0],
         };
-        assert_eq!(thinned(dots.parts[0].iter().copied(), part, [10, 10]), [spike]);
+        assert_eq!(thinned(dots.iter().copied(), part, [10, 10]), [spike]);
     }
 
     #[test]
     fn a_line_that_is_interrupted_stays_so() {
         let points = vec![[0.0, 1.0], [1.0, 1.0], [f64::NAN; 2], [2.0, 3.0]];
         let chart = Chart::new("a", "b", "c").with(Trace::line("law", points));
-        let thin = FitChart::new(&chart);
-        assert_eq!(thin.traces[0].parts, [vec![[0.0, 1.0], [1.0, 1.0]], vec![[2.0, 3.0]]]);
+        let thin = FitChart::new(chart);
+        let parts: Vec<_> = parts(&thin.chart.traces[0].points).collect();
+        assert_eq!(parts, [&[[0.0, 1.0], [1.0, 1.0]][..], &[[2.0, 3.0]]]);
     }
 }

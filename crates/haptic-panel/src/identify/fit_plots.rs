@@ -1,13 +1,14 @@
 //! Data and fits: force against velocity and position, over time, and what the fit leaves.
 
 use super::Found;
-use super::fit_chart::{Extent, FitChart, FitTrace, thinned};
+use super::fit_chart::{Extent, FitChart, parts, thinned};
 use crate::plots::axis::{AXIS_WIDTH, DEFAULT_COUNT};
 use crate::plots::legend::Entry;
 use crate::plots::{frame, legend};
 use crate::theme::{FIT_OPACITY, Palette};
 use egui::{Color32, Label, RichText, Ui, vec2};
 use egui_plot::{Line, PlotPoints, PlotUi, Points};
+use haptic_lab::drawing::{Form, Trace};
 
 /// Side of the square in which one dot is drawn, points.
 const DOT_CELL: f32 = 2.0;
@@ -37,13 +38,13 @@ pub(super) fn show(ui: &mut Ui, found: &Found) {
     }
 }
 
-fn show_one(ui: &mut Ui, chart: &FitChart, height: f32) {
+fn show_one(ui: &mut Ui, FitChart { chart, extent }: &FitChart, height: f32) {
     let palette = Palette::of(ui);
     ui.add(Label::new(RichText::new(&chart.title).small()).truncate()).on_hover_text(
         "The wheel zooms, dragging moves, a double click shows all of it. Of many samples in one place one is drawn.",
     );
     ui.horizontal(|ui| {
-        let entry = |(place, trace): (usize, &FitTrace)| Entry {
+        let entry = |(place, trace): (usize, &Trace)| Entry {
             name: trace.name.clone(),
             hint: "",
             color: color(palette, place),
@@ -52,9 +53,9 @@ fn show_one(ui: &mut Ui, chart: &FitChart, height: f32) {
         };
         legend::show(ui, &chart.traces.iter().enumerate().map(entry).collect::<Vec<_>>());
         // Beside a low plot it would not fit.
-        ui.add(Label::new(RichText::new(&chart.labels[1]).small().weak()).truncate());
+        ui.add(Label::new(RichText::new(&chart.up.label).small().weak()).truncate());
     });
-    let Extent { least, greatest } = chart.extent;
+    let Extent { least, greatest } = *extent;
     let name = format!("{} of the fit", chart.title);
     let cells = [ui.available_width() - AXIS_WIDTH, height].map(|side| {
         #[expect(
@@ -69,7 +70,7 @@ fn show_one(ui: &mut Ui, chart: &FitChart, height: f32) {
     let id = format!("{name} {least:?} {greatest:?}");
     let plot = frame::plot(&id, height, height, DEFAULT_COUNT, AXIS_WIDTH)
         .width(ui.available_width() - frame::RIGHT_MARGIN)
-        .x_axis_label(chart.labels[0].as_str())
+        .x_axis_label(chart.across.label.as_str())
         .default_x_bounds(least[0], greatest[0])
         .default_y_bounds(least[1], greatest[1])
         .allow_drag(true)
@@ -103,15 +104,15 @@ fn color(palette: &Palette, place: usize) -> Color32 {
     }
 }
 
-fn draw(plot: &mut PlotUi<'_>, trace: &FitTrace, seen: Extent, cells: [usize; 2], color: Color32) {
-    for part in &trace.parts {
-        if trace.is_dots {
-            let dots = thinned(part.iter().copied(), seen, cells);
-            let dots = Points::new(&trace.name, PlotPoints::new(dots));
-            plot.points(dots.color(color).radius(DOT_RADIUS).allow_hover(false));
-        } else {
-            let line = Line::new(&trace.name, PlotPoints::new(part.clone()));
-            plot.line(line.color(color).width(LINE_WIDTH).allow_hover(false));
-        }
+fn draw(plot: &mut PlotUi<'_>, trace: &Trace, seen: Extent, cells: [usize; 2], color: Color32) {
+    if trace.form == Form::Dots {
+        let dots = thinned(trace.points.iter().copied(), seen, cells);
+        let dots = Points::new(&trace.name, PlotPoints::new(dots));
+        plot.points(dots.color(color).radius(DOT_RADIUS).allow_hover(false));
+        return;
+    }
+    for part in parts(&trace.points) {
+        let line = Line::new(&trace.name, PlotPoints::new(part.to_vec()));
+        plot.line(line.color(color).width(LINE_WIDTH).allow_hover(false));
     }
 }

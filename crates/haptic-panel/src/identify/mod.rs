@@ -31,7 +31,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         .resizable(false)
         .exact_size(CHOICE_WIDTH)
         .show(ui, |ui| {
-            if let Progress::Found(_) = model.view.fitting.progress() {
+            if let Progress::Found(_) = &model.view.fitting.progress {
                 // It stays in sight, however long the list above it is.
                 Panel::bottom("use of the scene")
                     .resizable(false)
@@ -42,13 +42,13 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 choice::show(ui, model, intents);
                 show_asking(ui, model, intents);
-                if let Progress::Found(found) = model.view.fitting.progress() {
+                if let Progress::Found(found) = &model.view.fitting.progress {
                     result::show(ui, found, model.daemon.mirror.scene.whole.as_ref());
                 }
             });
         });
     CentralPanel::default_margins().show(ui, |ui| {
-        if let Progress::Found(found) = model.view.fitting.progress() {
+        if let Progress::Found(found) = &model.view.fitting.progress {
             fit_plots::show(ui, found);
             return;
         }
@@ -81,7 +81,7 @@ fn show_asking(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     ui.add_space(6.0);
     let asked = chosen::question(&model.view, &model.tapes, &model.daemon);
     let fitting = &mut model.view.fitting;
-    if let Progress::Asked { share } = fitting.progress() {
+    if let Progress::Asked { share } = &fitting.progress {
         let share = *share;
         ui.horizontal(|ui| {
             if ui.button("Cancel").accessible_name("cancel identification").clicked() {
@@ -103,7 +103,7 @@ fn show_asking(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     }
     let button = Button::new(RichText::new("Identify").size(16.0));
     let button = ui.add_enabled(asked.is_ok(), button);
-    let problem = match (&asked, fitting.progress()) {
+    let problem = match (&asked, &fitting.progress) {
         (Err(why), _) => Some((why, ui.visuals().weak_text_color())),
         (_, Progress::Failed(why)) => Some((why, Palette::of(ui).error_text)),
         _ => None,

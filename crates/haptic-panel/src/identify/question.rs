@@ -136,7 +136,7 @@ impl Found {
         Self {
             origin,
             scene: identification.found.scene(NAME),
-            charts: identification.plots().iter().map(FitChart::new).collect(),
+            charts: identification.plots().into_iter().map(FitChart::new).collect(),
             identified: identification.found,
         }
     }

@@ -2,12 +2,11 @@
 
 use super::Found;
 use super::fit::{Fitting, Foreseen, Progress};
-use crate::drop_down::is_entered;
 use crate::intent::Intent;
 use crate::model::Model;
 use crate::theme::Palette;
 use crate::tune::TRIAL;
-use egui::{Button, CollapsingHeader, Grid, Label, RichText, TextEdit, Ui};
+use egui::{Button, CollapsingHeader, Grid, Label, RichText, Ui};
 use haptic_core::Scene;
 use haptic_lab::identify::in_words;
 
@@ -67,7 +66,7 @@ pub(super) fn show_use(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>
     let takes_commands = model.daemon.takes_commands();
     let is_tuning = model.view.tuning.trial.is_active();
     let fitting = &mut model.view.fitting;
-    let Progress::Found(found) = fitting.progress() else {
+    let Progress::Found(found) = &fitting.progress else {
         return;
     };
     if let Err(why) = &found.scene {
@@ -76,7 +75,7 @@ pub(super) fn show_use(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>
     let Some(scene) = fitting.scene(model.daemon.mirror.scene.whole.as_ref()) else {
         return;
     };
-    show_advice(ui, fitting.advice());
+    show_advice(ui, &fitting.advice);
     let seconds = TRIAL.as_secs();
     let can_try = takes_commands && !fitting.is_trying() && !is_tuning;
     let button = Button::new(format!("Try this for {seconds} s"));
@@ -97,16 +96,10 @@ pub(super) fn show_use(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>
 }
 
 fn show_saving(ui: &mut Ui, fitting: &mut Fitting, scene: &Scene, takes_commands: bool, intents: &mut Vec<Intent>) {
-    let field = TextEdit::singleline(&mut fitting.save_as)
-        .hint_text("name")
-        .desired_width(150.0);
-    let field = ui.add(field).accessible_name("name of the identified scene");
-    let name = fitting.save_as.trim().to_owned();
-    let save = ui
-        .add_enabled(takes_commands && !name.is_empty(), Button::new("Save as scene"))
-        .on_hover_text("Keeps it in the daemon's library");
-    let is_pressed = save.clicked() || (takes_commands && !name.is_empty() && is_entered(ui, &field));
-    let save = |name: String, replace| Intent::Save {
+    let button = ("Save as scene", "Save as scene", "Keeps it in the daemon's library");
+    let field = "name of the identified scene";
+    let saved = fitting.saving.show(ui, takes_commands, field, button);
+    let save = |(name, replace): (String, bool)| Intent::Save {
         scene: Some(Box::new(Scene {
             name: name.clone(),
             ..scene.clone()
@@ -114,15 +107,7 @@ fn show_saving(ui: &mut Ui, fitting: &mut Fitting, scene: &Scene, takes_commands
         name,
         replace,
     };
-    if is_pressed {
-        intents.push(save(name, false));
-    }
-    if let Some(taken) = fitting.would_replace.clone()
-        && ui.button(format!("Replace {taken}")).clicked()
-    {
-        fitting.would_replace = None;
-        intents.push(save(taken, true));
-    }
+    intents.extend(saved.map(save));
 }
 
 /// What the daemon remarks on the scene.

@@ -24,7 +24,6 @@ pub(crate) enum EditBy {
     Keys,
 }
 
-/// A change to send.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Change {
     pub(crate) value: f64,
@@ -54,7 +53,7 @@ pub(crate) struct Edit {
     /// The field that was drawn last.
     pub(crate) field: Option<Id>,
     /// Why the daemon refused the last change.
-    refusal: Option<String>,
+    pub(super) refusal: Option<String>,
     /// The tick that applied the last change.
     applied_at: Option<u64>,
 }
@@ -62,13 +61,11 @@ pub(crate) struct Edit {
 /// The outcome of the last change of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    /// There was no change.
     None,
     /// It waits for its sending or its answer.
     Pending,
     /// This tick applied it.
     Applied(u64),
-    /// The daemon refused it.
     Refused,
 }
 
@@ -88,11 +85,6 @@ impl Edit {
             (None, Some(tick)) => Outcome::Applied(tick),
             (None, None) => Outcome::None,
         }
-    }
-
-    /// Why the last change was refused.
-    pub(crate) fn refusal(&self) -> Option<&str> {
-        self.refusal.as_deref()
     }
 
     /// The user wants `value`.
@@ -353,7 +345,7 @@ mod tests {
         edit.answered(Err("too much".into()));
         assert_eq!(edit.outcome(), Outcome::Refused);
         assert_eq!(edit.shown(1.0), 1.0);
-        assert_eq!(edit.refusal(), Some("too much"));
+        assert_eq!(edit.refusal.as_deref(), Some("too much"));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::intent::Intent;
 use crate::text_input::number_field;
 use crate::theme::Palette;
 use crate::words::is_name_of;
-use egui::{Button, CollapsingHeader, Id, Key, Label, RichText, TextEdit, Ui};
+use egui::{CollapsingHeader, Label, RichText, Ui};
 use haptic_ipc::{DaemonMirror, Difference, ListedScene, SceneRef};
 
 /// Shows the list of scenes, whose choice is loaded.
@@ -43,7 +43,6 @@ fn name(daemon: &DaemonMirror) -> &str {
     }
 }
 
-/// What a scene of the library is.
 fn about(listed: &ListedScene) -> String {
     let place = listed.path.as_deref().unwrap_or("comes with the daemon");
     format!("{}\nLaw: {}\n{place}", listed.title, listed.law)
@@ -86,38 +85,14 @@ fn show_loading(ui: &mut Ui, daemon: &DaemonMirror, tuning: &mut Tuning) {
 }
 
 fn show_saving(ui: &mut Ui, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
-    ui.horizontal_wrapped(|ui| {
-        let field = TextEdit::singleline(&mut tuning.save_as)
-            // It keeps the focus when the list above it grows.
-            .id(Id::unique("name to save as"))
-            .desired_width(150.0)
-            .hint_text("name");
-        let field = ui.add(field).accessible_name("name to save as");
-        let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-        let name = tuning.save_as.trim();
-        let save = ui.add_enabled(!name.is_empty(), Button::new("Save"));
-        let is_pressed = save
-            .on_hover_text("Keeps the active scene in the daemon's library")
-            .accessible_name("save scene")
-            .clicked();
-        if is_pressed || (is_entered && !name.is_empty()) {
-            intents.push(Intent::Save {
-                name: name.to_owned(),
-                replace: false,
-                scene: None,
-            });
-        }
-        if let Some(taken) = tuning.would_replace.clone()
-            && ui.button(format!("Replace {taken}")).clicked()
-        {
-            tuning.would_replace = None;
-            intents.push(Intent::Save {
-                name: taken,
-                replace: true,
-                scene: None,
-            });
-        }
-    });
+    let button = ("Save", "save scene", "Keeps the active scene in the daemon's library");
+    let saved = ui.horizontal_wrapped(|ui| tuning.saving.show(ui, true, "name to save as", button));
+    let save = |(name, replace)| Intent::Save {
+        name,
+        replace,
+        scene: None,
+    };
+    intents.extend(saved.inner.map(save));
 }
 
 /// Everything that the active scene can be compared with.
@@ -180,7 +155,6 @@ fn show_comparison(ui: &mut Ui, daemon: &DaemonMirror, tuning: &mut Tuning) {
 /// A comparison of the active scene with another. It is asked for again whenever one of them changes.
 #[derive(Debug)]
 pub(crate) struct Comparison {
-    /// Name of the other scene.
     pub(crate) with: String,
     other: SceneRef,
     /// The revision in the last request.

@@ -6,6 +6,7 @@ mod journal;
 mod library;
 mod panel;
 mod parameter_row;
+pub(crate) mod saving;
 pub(crate) mod scene_edits;
 mod tools;
 mod trial;

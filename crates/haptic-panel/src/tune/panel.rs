@@ -148,7 +148,7 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon, tuning: &Tuning, intents: &mut Vec
         Ok(done) => (done.as_str(), ui.visuals().text_color()),
         Err(why) => (why.as_str(), palette.error_text),
     });
-    let trial = tuning.trial.failure().map(|why| (why, palette.caution_text));
+    let trial = tuning.trial.failure.as_deref().map(|why| (why, palette.caution_text));
     let active = tuning
         .trial
         .is_active()

@@ -134,7 +134,7 @@ fn show_value(ui: &mut Ui, about: &ParameterDescription, edits: &mut ParameterEd
 }
 
 fn show_refusal(ui: &mut Ui, edit: &Edit) {
-    if let Some(refusal) = edit.refusal() {
+    if let Some(refusal) = &edit.refusal {
         let color = Palette::of(ui).error_text;
         ui.add(Label::new(RichText::new(refusal).color(color)).wrap());
     }

@@ -2,15 +2,14 @@
 
 use super::edit::{Change, ParameterEdits};
 use super::library::Comparison;
+use super::saving::Saving;
 use super::trial::Trial;
 use crate::intent::{Intent, Target};
 use crate::notice::Notice;
 use crate::update::Answer;
 use egui::Id;
 use haptic_core::Scene;
-use haptic_ipc::{
-    ChangeReply, Changes, ErrorCode, MirrorChange, ParameterDescription, SceneRef, SceneSaveReply, WireError, params_of,
-};
+use haptic_ipc::{ChangeReply, Changes, MirrorChange, ParameterDescription, SceneRef, WireError, params_of};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -26,7 +25,6 @@ pub(crate) struct Tuning {
     pub(crate) checks_are_open: bool,
     /// The scene that was last active with each law.
     of_laws: BTreeMap<&'static str, Scene>,
-    /// The two kept scenes.
     pub(crate) slots: [Option<Scene>; 2],
     /// Time over which a scene is loaded, ms.
     pub(crate) ramp_ms: f64,
@@ -34,20 +32,18 @@ pub(crate) struct Tuning {
     /// Outcome of the last load, undo, redo or save.
     pub(crate) report: Option<Notice>,
     pub(crate) comparison: Option<Comparison>,
-    /// The name under which to save, as it is typed.
-    pub(crate) save_as: String,
-    /// The name of a scene in the library that a save would replace.
-    pub(crate) would_replace: Option<String>,
+    pub(crate) saving: Saving,
 }
 
 impl Tuning {
     /// Forgets what belongs to another daemon; the user's own things stay.
     pub(crate) fn forget(&mut self) {
+        self.saving.would_replace = None;
         *self = Self {
             slots: std::mem::take(&mut self.slots),
             of_laws: std::mem::take(&mut self.of_laws),
             ramp_ms: self.ramp_ms,
-            save_as: std::mem::take(&mut self.save_as),
+            saving: std::mem::take(&mut self.saving),
             ..Self::default()
         };
     }
@@ -79,7 +75,6 @@ impl Tuning {
         Some(own.unwrap_or(changed))
     }
 
-    /// The edits of a parameter.
     pub(crate) fn parameter(&mut self, name: &str) -> Option<&mut ParameterEdits> {
         self.parameters.iter_mut().find(|parameter| parameter.name == name)
     }
@@ -93,7 +88,6 @@ impl Tuning {
         }
     }
 
-    /// Keeps the active scene in a slot.
     pub(crate) fn keep(&mut self, slot: usize, active: &Scene) {
         self.slots[slot] = Some(active.clone());
         if let Some(comparison) = &mut self.comparison
@@ -104,7 +98,6 @@ impl Tuning {
         }
     }
 
-    /// The slot that holds the active scene.
     pub(crate) fn active_slot(&self, active: Option<&Scene>) -> Option<usize> {
         let active = active?;
         self.slots.iter().position(|slot| slot.as_ref() == Some(active))
@@ -150,7 +143,6 @@ impl Tuning {
         (intents, waits.into_iter().min())
     }
 
-    /// Notes the intents that are sent.
     pub(crate) fn note_sent(&mut self, intents: &[Intent]) {
         for intent in intents {
             match intent {
@@ -218,17 +210,16 @@ impl Tuning {
             (Intent::TakeBack { .. }, result) => {
                 self.trial.went_back(changed(result).map(|reply| reply.revision));
             }
-            (Intent::Save { .. }, Ok(Answer::Saved(reply))) => {
-                self.would_replace = None;
+            (Intent::Save { name, .. }, Ok(Answer::Saved(reply))) => {
                 if let Some(comparison) = &mut self.comparison
                     && comparison.with == reply.name
                 {
                     comparison.ask_again();
                 }
-                self.report = Some(saved(&reply));
+                self.report = Some(self.saving.answered(name, Ok(&reply)));
             }
             (Intent::Save { name, .. }, Err(error)) => {
-                self.report = Some(save_refused(name, error, &mut self.would_replace));
+                self.report = Some(self.saving.answered(name, Err(error)));
             }
             (Intent::Compare { what, scene, revision }, result) => {
                 let result = match result {
@@ -272,20 +263,4 @@ fn report(action: &str, result: Result<Option<u64>, String>) -> Option<Notice> {
         Some(tick) => format!("{action} at tick {tick}"),
     };
     Some(Notice::new(result.map(done)))
-}
-
-/// A scene is in the library now.
-pub(crate) fn saved(reply: &SceneSaveReply) -> Notice {
-    Notice::new(Ok(format!("Saved as {} ({})", reply.name, reply.path)))
-}
-
-/// It was not saved; `would_replace` becomes its name where a scene of that name is there.
-pub(crate) fn save_refused(name: &str, error: WireError, would_replace: &mut Option<String>) -> Notice {
-    let why = if error.code == ErrorCode::SceneExists {
-        *would_replace = Some(name.to_owned());
-        format!("The library has a scene {name} already: save under another name, or replace it")
-    } else {
-        error.message
-    };
-    Notice::new(Err(why))
 }

@@ -29,7 +29,6 @@ pub(crate) fn take_keys(ui: &Ui, scene: &SceneMirror, tuning: &Tuning, intents: 
     }
 }
 
-/// Shows the controls.
 pub(crate) fn show(ui: &mut Ui, daemon: &DaemonMirror, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     let scene = &daemon.scene;
     ui.horizontal(|ui| {

@@ -23,7 +23,7 @@ pub(crate) struct Trial {
     /// A step back waits for its answer.
     goes_back: bool,
     /// Why a try stays.
-    failure: Option<String>,
+    pub(super) failure: Option<String>,
 }
 
 /// When a try goes back.
@@ -42,12 +42,6 @@ impl Trial {
         self.unanswered > 0 || !self.tried.is_empty()
     }
 
-    /// Why a try stays.
-    pub(crate) fn failure(&self) -> Option<&str> {
-        self.failure.as_deref()
-    }
-
-    /// A try was sent.
     pub(crate) fn sent(&mut self) {
         self.unanswered += 1;
         self.failure = None;
@@ -165,7 +159,7 @@ mod tests {
     fn nobody_elses_change_is_taken_back() {
         // Somebody else made revision 8.
         let mut trial = tried(&[7, 9]);
-        assert!(trial.failure().is_some());
+        assert!(trial.failure.is_some());
         assert!(trial.due(at(0.0)).is_err());
         assert_eq!(trial.due(at(2.0)), Ok(9));
         trial.went_back(Ok(10));
@@ -175,7 +169,10 @@ mod tests {
         assert!(trial.due(at(2.0)).is_ok());
         trial.went_back(Err("the newest revision is 8".to_owned()));
         assert_eq!(trial.due(at(9.0)), Err(None));
-        assert_eq!(trial.failure(), Some("the try stays: the newest revision is 8"));
+        assert_eq!(
+            trial.failure.as_deref(),
+            Some("the try stays: the newest revision is 8")
+        );
     }
 
     #[test]
