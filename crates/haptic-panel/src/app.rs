@@ -110,7 +110,7 @@ impl App {
     pub fn remember(&mut self, file: PathBuf, settings: Result<Settings, String>) {
         let is_unreadable = settings.is_err() && file.exists();
         let settings = settings.unwrap_or_else(|why| {
-            self.model.show_settings_error(why);
+            self.model.view.show_settings_error(why);
             Settings::default()
         });
         self.model.restore(&settings);

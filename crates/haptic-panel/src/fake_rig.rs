@@ -40,7 +40,6 @@ impl FakeRig {
         })
     }
 
-    /// Its process.
     pub(crate) fn pid(&self) -> u32 {
         self.daemon.id()
     }

@@ -44,7 +44,6 @@ pub struct Files {
     identify_is_over: Arc<AtomicBool>,
 }
 
-/// Starts the threads.
 #[derive(Clone, Debug)]
 pub(crate) struct Writer {
     sender: UpdateSender,
@@ -185,7 +184,6 @@ impl Files {
 }
 
 impl Writer {
-    /// Writes a part of the window as PNG.
     pub(crate) fn export_picture(&self, image: Arc<ColorImage>, part: Rect, scale: f32, to: Destination) {
         self.export(Format::Png, to, move |file| {
             let content = export::png(&image, part, scale).map_err(io::Error::other)?;

@@ -88,7 +88,7 @@ impl Model {
             Update::WhatIf { number, result } => {
                 if let Some(why) = tapes.take_what_if(number, result) {
                     view.file_notice = Some(Notice::new(Err(why)));
-                } else if let WhatIf::Shown(_) = tapes.what_if() {
+                } else if let WhatIf::Shown(_) = &tapes.what_if {
                     view.file_notice = None;
                 }
             }

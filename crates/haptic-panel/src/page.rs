@@ -62,7 +62,6 @@ impl Page {
         matches!(self, Self::Task | Self::Perception)
     }
 
-    /// What it is for.
     pub(crate) const fn hint(self) -> &'static str {
         match self {
             Self::Tune => "Change the scene and feel it",
@@ -77,13 +76,12 @@ impl Page {
 
 /// Draws a page into the whole of `ui`. The shell has taken the keys that stop before.
 pub(crate) fn show(page: Page, ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
-    let show = match page {
-        Page::Tune => tune::show,
-        Page::Record => record::show,
-        Page::Identify => identify::show,
-        Page::Task => study::show_task,
-        Page::Perception => study::show_perception,
-        Page::Plane => plots::plane::show,
-    };
-    show(ui, model, intents);
+    match page {
+        Page::Tune => tune::show(ui, model, intents),
+        Page::Record => record::show(ui, model, intents),
+        Page::Identify => identify::show(ui, model, intents),
+        Page::Task => study::show(ui, model, Task::Fitts, intents),
+        Page::Perception => study::show(ui, model, Task::Perception, intents),
+        Page::Plane => plots::plane::show(ui, model, intents),
+    }
 }

@@ -26,7 +26,8 @@ pub(crate) struct Tapes {
     /// What happened to the next daemon before its first samples.
     next_marks: Vec<TapeMark>,
     opened: Option<Loaded>,
-    what_if: WhatIf,
+    /// What would have been felt along the opened recording.
+    pub(crate) what_if: WhatIf,
     /// Number of the newest question of what would have been felt.
     questions: u64,
     /// The rendering of a scene that the daemon has given.
@@ -34,11 +35,11 @@ pub(crate) struct Tapes {
     /// The recording that is being written.
     recording: Option<RecordingProgress>,
     /// Share of the last seconds in which the force was clipped by its limit.
-    clipping: Option<f64>,
+    pub(crate) clipping: Option<f64>,
 }
 
 /// The recording that is being written.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct RecordingProgress {
     pub(crate) path: PathBuf,
     /// What the file holds.
@@ -61,7 +62,6 @@ pub(crate) enum WhatIf {
     Fetching,
     /// It is being rendered.
     Asked,
-    /// It is shown.
     Shown(Box<WhatIfTape>),
 }
 
@@ -92,7 +92,6 @@ impl Tapes {
         }
     }
 
-    /// The connection is lost.
     pub(crate) fn end_live(&mut self) {
         self.is_over = true;
         self.next_marks.clear();
@@ -102,7 +101,6 @@ impl Tapes {
         }
     }
 
-    /// The samples of the live rig.
     pub(crate) fn live(&self) -> &Tape {
         &self.live
     }
@@ -122,21 +120,14 @@ impl Tapes {
         !self.is_over
     }
 
-    /// Shows a recording.
     pub(crate) fn open(&mut self, loaded: Loaded) {
         self.end_what_if();
         free(self.opened.replace(loaded));
     }
 
-    /// Closes the opened recording.
     pub(crate) fn close(&mut self) {
         self.end_what_if();
         free(self.opened.take());
-    }
-
-    /// What would have been felt along the opened recording.
-    pub(crate) fn what_if(&self) -> &WhatIf {
-        &self.what_if
     }
 
     /// Asks what would have been felt. Returns the number of the question.
@@ -176,7 +167,6 @@ impl Tapes {
         }
     }
 
-    /// What to send.
     pub(crate) fn due(&mut self) -> Option<Intent> {
         self.due.take()
     }
@@ -227,7 +217,6 @@ impl Tapes {
         self.recording.is_some()
     }
 
-    /// The samples of the opened recording.
     pub(crate) fn opened_tape(&self) -> Option<&Tape> {
         self.opened.as_ref().map(|loaded| &loaded.tape)
     }
@@ -246,16 +235,8 @@ impl Tapes {
     pub(crate) fn take_recording(&mut self, news: RecordingNews) -> Option<Result<String, String>> {
         let outcome = match news {
             RecordingNews::Going { path, totals } => {
-                let before = self.recording.take();
-                let (lost, lost_changes, markers) =
-                    before.map_or((0, 0, 0), |before| (before.lost, before.lost_changes, before.markers));
-                self.recording = Some(RecordingProgress {
-                    path,
-                    totals,
-                    lost,
-                    lost_changes,
-                    markers,
-                });
+                let recording = self.recording.get_or_insert_default();
+                (recording.path, recording.totals) = (path, totals);
                 return None;
             }
             RecordingNews::Behind {
@@ -265,10 +246,7 @@ impl Tapes {
             } => {
                 let recording = self.recording.get_or_insert_with(|| RecordingProgress {
                     path,
-                    totals: Totals::default(),
-                    lost: 0,
-                    lost_changes: 0,
-                    markers: 0,
+                    ..RecordingProgress::default()
                 });
                 (recording.lost, recording.lost_changes) = (lost, lost_changes);
                 return None;
@@ -278,11 +256,6 @@ impl Tapes {
         };
         self.recording = None;
         Some(outcome)
-    }
-
-    /// Share of the last seconds with force in which it was clipped by its limit; `None` without force.
-    pub(crate) fn clipping(&self) -> Option<f64> {
-        self.clipping
     }
 
     /// Computes the share of clipped time again, with the limit of the force, N.

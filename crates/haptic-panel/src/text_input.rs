@@ -27,7 +27,6 @@ impl Typing {
         }
     }
 
-    /// A frame is drawn.
     pub(crate) fn note_frame(&self, has_field: bool, now: Instant) {
         let until_ns = if has_field { self.ns(now + FRAME_TIMEOUT) } else { 0 };
         self.until_ns.store(until_ns, Ordering::Release);

@@ -28,11 +28,8 @@ pub(crate) struct Palette {
     pub(crate) law: Color32,
     /// The trigger's level and moment, and thresholds.
     pub(crate) mark: Color32,
-    /// The cursors.
     pub(crate) cursor: Color32,
-    /// The block sticks.
     pub(crate) stuck: Color32,
-    /// The block slides.
     pub(crate) sliding: Color32,
 }
 
@@ -92,7 +89,6 @@ impl Palette {
         &LIGHT
     }
 
-    /// The fill of a state of the rig.
     pub(crate) fn state(&self, state: RigState) -> Color32 {
         match state {
             RigState::Disconnected | RigState::Idle => self.rest,

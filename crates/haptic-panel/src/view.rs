@@ -41,15 +41,11 @@ pub(crate) struct View {
     pub(crate) closing: Closing,
     /// A fake rig was started here, and ends with the window.
     pub(crate) has_own_rig: bool,
-    /// Whether the histograms are shown.
     pub(crate) histograms_shown: bool,
-    /// Whether the help is shown.
     pub(crate) help_shown: bool,
     /// The folder for exports and recordings, as it is typed.
     pub(crate) folder: String,
-    /// The recordings of that folder.
     pub(crate) recordings: Recordings,
-    /// The format of the next recording.
     pub(crate) recording_format: Format,
     /// Notes for the next recording, as they are typed.
     pub(crate) recording_notes: String,
@@ -57,7 +53,6 @@ pub(crate) struct View {
     pub(crate) marker_text: String,
     /// The recording to open, as it is typed.
     pub(crate) open_path: String,
-    /// A note, while it is typed.
     pub(crate) note: Option<NoteField>,
 }
 
@@ -107,9 +102,7 @@ pub(crate) enum PlotGroup {
     OverTime,
     /// One signal against another: at first force against velocity.
     ForceVelocity,
-    /// A table of statistics.
     Statistics,
-    /// The spectrum of a signal.
     Spectrum,
     /// Positions and force of a rig of two axes, on a page of their own.
     Plane,
@@ -132,7 +125,6 @@ impl PlotGroup {
     }
 }
 
-/// Which plots are drawn, and where.
 #[derive(Debug)]
 pub(crate) struct PlotLayout {
     /// The group that the user has chosen for a window without room for two.
@@ -141,7 +133,6 @@ pub(crate) struct PlotLayout {
     pub(crate) beside: PlotGroup,
     /// Whether the limits of the force are drawn.
     pub(crate) shows_limits: bool,
-    /// The groups that were drawn.
     pub(crate) drawn: Vec<PlotGroup>,
     /// Where they were drawn, points.
     pub(crate) area: Rect,
@@ -221,7 +212,6 @@ impl View {
         (scope, self.reference.as_ref(), &mut self.measuring)
     }
 
-    /// A dialog of the desktop was closed.
     pub(crate) fn close_dialog(&mut self, outcome: Result<Option<(DialogPurpose, PathBuf)>, String>) {
         match outcome {
             Ok(Some((DialogPurpose::Folder, path))) => self.folder = path.display().to_string(),
@@ -237,7 +227,6 @@ impl View {
         }
     }
 
-    /// Shows a problem with the settings.
     pub(crate) fn show_settings_error(&mut self, why: String) {
         self.file_notice = Some(Notice::new(Err(why)));
     }

@@ -1,13 +1,22 @@
 //! Names of parameters and checks in words, numbers, and a line of text.
 
 use egui::text::LayoutJob;
-use egui::{Color32, Label, RichText, TextStyle, Ui};
+use egui::{Align, Color32, Label, Layout, Response, RichText, TextStyle, Ui, Vec2};
 
 /// A line that is shortened where it does not fit, with the whole text as its one hint.
 pub(crate) fn shortened(ui: &mut Ui, line: impl Into<RichText>, whole: &str) {
     // The label's own hint would be a second one.
     let label = Label::new(line.into()).truncate().show_tooltip_when_elided(false);
     ui.add(label).on_hover_text(whole);
+}
+
+/// A cell of a row: it keeps its size, so that nothing moves as its text changes.
+pub(crate) fn cell(ui: &mut Ui, size: Vec2, text: RichText) -> Response {
+    let cell = ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+        ui.set_min_size(size);
+        ui.add(Label::new(text).truncate())
+    });
+    cell.inner
 }
 
 /// Small text of at most two lines, with the whole text as its hint.

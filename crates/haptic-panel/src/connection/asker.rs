@@ -29,7 +29,6 @@ pub(super) enum Job {
     Stop,
 }
 
-/// A conversation with a daemon.
 struct Conversation {
     number: u64,
     sender: Sender,

@@ -240,7 +240,6 @@ impl Listener {
         }
     }
 
-    /// The update that an answer causes.
     fn answered(&self, asked: Asked, result: Result<serde_json::Value, WireError>) -> Result<Option<Update>, End> {
         match asked {
             Asked::Subscribe => {

@@ -287,7 +287,6 @@ impl Daemon {
         };
     }
 
-    /// Takes news of a stop.
     pub(crate) fn take_stop(&mut self, news: StopNews) {
         match news {
             StopNews::Answered { after, result } => {

@@ -2,6 +2,7 @@
 
 use super::Daemon;
 use super::histogram;
+use crate::tape::signal::duration_us;
 use crate::tapes::CLIPPING_OVER_S;
 use crate::theme::Palette;
 use egui::{Align, Layout, RichText, Sense, TextStyle, Ui, UiBuilder, vec2};
@@ -136,11 +137,10 @@ fn show_lines(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>) {
     });
 }
 
-/// The figures of the loop itself.
 fn show_loop(ui: &mut Ui, timing: &Timing) {
     let (all, recent) = (&timing.since_start, &timing.last_10_s);
-    let p50_us = nanoseconds_to_microseconds(recent.tick_ns.p50);
-    let max_us = nanoseconds_to_microseconds(recent.tick_ns.max);
+    let p50_us = duration_us(recent.tick_ns.p50);
+    let max_us = duration_us(recent.tick_ns.max);
     count(
         ui,
         format!("Loop {} Hz", timing.rate_hz),
@@ -238,13 +238,4 @@ fn show_link(ui: &mut Ui, link: &LinkStatus) {
             "How much faster the device's clock runs than this computer's",
         );
     }
-}
-
-fn nanoseconds_to_microseconds(ns: u64) -> f64 {
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "durations of a tick have far fewer than 53 bits"
-    )]
-    let ns = ns as f64;
-    ns / 1e3
 }

@@ -50,7 +50,6 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, is_at_recording: bool, intents:
     stop
 }
 
-/// The button for the other theme.
 fn show_theme_switch(ui: &mut Ui) {
     let (other, name) = if ui.visuals().dark_mode {
         (egui::Theme::Light, "Light")

@@ -36,7 +36,6 @@ impl Ink {
         }
     }
 
-    /// Its colour in a palette, with its opacity.
     pub(crate) fn color(&self, palette: &Palette) -> Color32 {
         (self.color)(palette).gamma_multiply(self.opacity)
     }
@@ -108,7 +107,6 @@ impl Trace {
         })
     }
 
-    /// Its signal, and which component of it.
     pub(crate) fn line(&self) -> (Signal, Component) {
         (self.signal, self.component)
     }
@@ -145,7 +143,6 @@ pub(crate) enum Overlay {
         is_dashed: bool,
         ink: Ink,
     },
-    /// Dots.
     Dots {
         name: &'static str,
         at: Vec<[f64; 2]>,
@@ -155,7 +152,6 @@ pub(crate) enum Overlay {
     },
 }
 
-/// The axes of a chart.
 #[derive(Clone, Debug)]
 pub(crate) struct Axes {
     /// The samples of this time are drawn.
@@ -208,7 +204,6 @@ impl Chart {
         chart
     }
 
-    /// The curves of its overlays.
     pub(crate) fn under(&self) -> impl Iterator<Item = &Curve> {
         self.overlays.iter().filter_map(|overlay| match overlay {
             Overlay::Curve(curve) => Some(curve),

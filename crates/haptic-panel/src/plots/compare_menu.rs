@@ -11,7 +11,6 @@ use egui::{Button, PopupCloseBehavior, RichText, Ui};
 /// Most moments that are offered to align at.
 const MAX_MARKS: usize = 8;
 
-/// Shows the menu.
 pub(super) fn show(ui: &mut Ui, tapes: &Tapes, scope: &Scope, reference: &mut Option<Reference>) {
     // A menu's own style draws no button, and one entry alone would look like a hint.
     let config = MenuConfig::new()

@@ -148,7 +148,7 @@ fn under(reference: &Reference, traces: &[Trace], seen: &TimeRange, columns: f64
 /// What would have been felt along the recording.
 fn what_if(tapes: &Tapes, scope: &Scope, plot: &Plot, columns: f64) -> Vec<Overlay> {
     let force = Signal::COMMAND_FORCE;
-    let WhatIf::Shown(what_if) = tapes.what_if() else {
+    let WhatIf::Shown(what_if) = &tapes.what_if else {
         return Vec::new();
     };
     if scope.is_of_rig() || !plot.signals().contains(&force) {

@@ -16,7 +16,6 @@ pub(crate) fn begin(ctx: &Context) {
     ctx.request_repaint();
 }
 
-/// Counts a frame that was drawn.
 pub(crate) fn count_frame(ctx: &Context) {
     let left: u8 = ctx.data(|data| data.get_temp(key())).unwrap_or(0);
     if left > 0 {

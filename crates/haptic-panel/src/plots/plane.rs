@@ -50,7 +50,6 @@ const POSITIONS_SHARE: f32 = 0.56;
 /// Height of the row of numbers above a plot, points.
 const READING_HEIGHT: f32 = 20.0;
 
-/// Shows the page.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     CentralPanel::default_margins().show(ui, |ui| {
         if !tape(model).is_plane() {

@@ -100,7 +100,6 @@ fn show_menu(ui: &mut Ui, plots: &PlotList, place: usize, is_plane: bool) -> Opt
     content.and_then(|content| content.inner)
 }
 
-/// Carries out a change of the plot at a place.
 pub(super) fn carry_out(plots: &mut PlotList, place: usize, change: Change) {
     match change {
         Change::Toggle(signal) => plots.plots_mut()[place].toggle(signal),

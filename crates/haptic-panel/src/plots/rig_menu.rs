@@ -7,7 +7,6 @@ use haptic_ipc::{ForceLimitBy, Status};
 
 const UM_PER_M: f64 = 1e6;
 
-/// Shows the menu.
 pub(super) fn show(ui: &mut Ui, daemon: &Daemon) {
     let (button, _) = MenuButton::new("Rig").ui(ui, |ui| {
         let Some(status) = daemon.mirror.status.as_ref().filter(|_| daemon.is_connected()) else {

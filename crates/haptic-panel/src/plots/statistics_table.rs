@@ -36,7 +36,6 @@ const COLUMNS: [(&str, &str); 7] = [
     ),
 ];
 
-/// Shows the table.
 pub(super) fn show(
     ui: &mut Ui,
     tapes: &Tapes,

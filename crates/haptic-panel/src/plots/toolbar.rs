@@ -11,9 +11,9 @@ use crate::plots::scope::value_axis::{FARTHEST, ValueAxis};
 use crate::tape::signal::Quantity;
 use crate::tapes::Tapes;
 use crate::text_input::number_field;
-use crate::words::significant;
+use crate::words::{cell, significant};
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Align, Button, Label, Layout, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
+use egui::{Button, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
 use std::path::PathBuf;
 
 /// Factor by which a press of a zoom button changes the time seen.
@@ -119,7 +119,7 @@ pub(super) fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
             _ => scope.zoom(ZOOM_STEP, middle_s),
         }
     }
-    let (shortest_s, longest_s) = scope.reach_s();
+    let (shortest_s, longest_s) = scope.window.reach_s();
     let mut typed_s = span_s;
     let field = number_field(&mut typed_s, |field| {
         let field = field.speed(span_s / 100.0).range(shortest_s..=longest_s);
@@ -127,7 +127,7 @@ pub(super) fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     });
     let field = ui.add_sized(SPAN_SIZE, field).accessible_name("time seen");
     field.on_hover_text("The time that is seen, to be dragged or typed");
-    let default_s = scope.default_s();
+    let default_s = scope.window.default_s();
     let usual = ui.add_enabled(span_s != default_s, Button::new("5 s"));
     let usual = usual
         .accessible_name("back to 5 s")
@@ -234,17 +234,8 @@ fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool, ha
         .collect();
     let speed = scope.span_s() / 500.0;
     let cursors = &mut scope.cursors;
-    // Cells of one width, so that nothing moves as the numbers change.
-    let cell = |ui: &mut Ui, width: f32, text: RichText| {
-        let layout = Layout::left_to_right(Align::Center);
-        let size = vec2(width, ui.spacing().interact_size.y);
-        let cell = ui.allocate_ui_with_layout(size, layout, |ui| {
-            ui.set_min_size(size);
-            ui.add(Label::new(text).truncate())
-        });
-        cell.inner
-    };
     ui.horizontal_wrapped(|ui| {
+        let height = ui.spacing().interact_size.y;
         for (at_s, name) in cursors.at_s.iter_mut().zip(["cursor 1", "cursor 2"]) {
             ui.add(number_field(at_s, |field| {
                 field.speed(speed).max_decimals(4).suffix(" s")
@@ -255,7 +246,7 @@ fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool, ha
             .frequency_hz()
             .map_or_else(|| "∞".to_owned(), |hz| format!("{hz:.4}"));
         let text = format!("dt {:.4} s, 1/dt {frequency} Hz", cursors.distance_s());
-        cell(ui, DISTANCE_WIDTH, RichText::new(&text).strong()).on_hover_text(text);
+        cell(ui, vec2(DISTANCE_WIDTH, height), RichText::new(&text).strong()).on_hover_text(text);
         for reading in &readings {
             let (name, unit) = (reading.component.name(reading.signal), reading.signal.quantity().unit());
             let [first, second] = reading
@@ -273,7 +264,7 @@ fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool, ha
                 text += &format!(" ({first} to {second})");
             }
             let width = if is_wide { WIDE_READING_WIDTH } else { READING_WIDTH };
-            cell(ui, width, RichText::new(text).small())
+            cell(ui, vec2(width, height), RichText::new(text).small())
                 .on_hover_text(format!("{name}: {first} at the first, {second} {unit} at the second"));
         }
     });

@@ -9,7 +9,6 @@ use crate::text_input::number_field;
 use egui::{Button, RichText, Ui};
 use std::borrow::Cow;
 
-/// Shows the choice of the mode.
 pub(super) fn show_mode(ui: &mut Ui, scope: &mut Scope) {
     ui.label("Trigger");
     let mode = scope.trigger.mode();

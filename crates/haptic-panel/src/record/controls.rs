@@ -12,7 +12,6 @@ use std::path::PathBuf;
 /// Size of the button that begins and ends a recording, for either name: its neighbours must not move.
 const RECORD_SIZE: Vec2 = vec2(72.0, 28.0);
 
-/// The key that sets a marker.
 const MARKER_KEY: Key = Key::M;
 
 /// Sets a marker by its key, on every page. In a text field the key is a letter.
@@ -26,7 +25,6 @@ pub(crate) fn take_marker_key(ui: &Ui, model: &mut Model, intents: &mut Vec<Inte
     }
 }
 
-/// Shows the controls.
 pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let Model { daemon, tapes, view } = model;
     ui.horizontal(|ui| {
@@ -63,7 +61,6 @@ fn show_ending(ui: &mut Ui, intents: &mut Vec<Intent>) {
     }
 }
 
-/// The button that begins a recording.
 fn show_beginning(ui: &mut Ui, metadata: Option<Metadata>, view: &View, intents: &mut Vec<Intent>) {
     let record = ui.add_enabled(metadata.is_some(), Button::new("Record").min_size(RECORD_SIZE));
     let ending = view.recording_format.ending();

@@ -34,11 +34,11 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let opened = tapes.opened().map(|opened| opened.path.as_path());
     ui.spacing_mut().scroll = ScrollStyle::solid();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        let listed = view.recordings.listed();
-        if let Some(why) = view.recordings.problem() {
+        let listed = &view.recordings.listed;
+        if let Some(why) = &view.recordings.problem {
             let color = Palette::of(ui).error_text;
             ui.add(Label::new(RichText::new(why).small().color(color)).wrap());
-        } else if listed.is_empty() && !view.recordings.is_being_read() {
+        } else if listed.is_empty() && !view.recordings.is_being_read {
             ui.label(RichText::new("No recording in this folder").small().weak());
         }
         for recording in listed {

@@ -102,7 +102,6 @@ impl Opened {
         }
     }
 
-    /// The scene that a tick rendered.
     pub(crate) fn scene_at(&self, tick: u64) -> Option<&Scene> {
         let from = self.scenes.partition_point(|(first, _)| *first <= tick);
         self.scenes.get(from.checked_sub(1)?)?.1.as_ref()

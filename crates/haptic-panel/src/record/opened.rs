@@ -34,7 +34,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         }
     });
     // Its line is there before it, so that the plots stay where they are.
-    let text = match tapes.what_if() {
+    let text = match &tapes.what_if {
         WhatIf::Shown(what_if) => what_if.line(),
         WhatIf::Fetching | WhatIf::Asked => "Rendering...".to_owned(),
         WhatIf::None => " ".to_owned(),
@@ -67,7 +67,7 @@ fn line(ui: &Ui, opened: &Opened) -> (String, Color32) {
 
 /// The recording computed again, or what another scene would have felt like along it.
 fn show_what_if(ui: &mut Ui, daemon: &DaemonMirror, tapes: &mut Tapes, intents: &mut Vec<Intent>) {
-    let (text, name, hint) = match tapes.what_if() {
+    let (text, name, hint) = match &tapes.what_if {
         WhatIf::None => {
             let chosen = choose_scene(ui, daemon);
             let path = tapes.opened().map(|opened| opened.path.clone());

@@ -8,13 +8,14 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Recordings {
     /// The folder that was asked for.
     folder: Option<PathBuf>,
-    listed: Vec<Listed>,
+    pub(super) listed: Vec<Listed>,
     /// Those of the reading under way: the list before stays until it is over.
     fresh: Vec<Listed>,
-    is_being_read: bool,
+    pub(super) is_being_read: bool,
     /// A recording was made since.
     has_changed: bool,
-    problem: Option<String>,
+    /// Why the folder cannot be read.
+    pub(super) problem: Option<String>,
 }
 
 impl Recordings {
@@ -34,12 +35,10 @@ impl Recordings {
         self.listed.clone()
     }
 
-    /// A recording was made.
     pub(crate) fn note_change(&mut self) {
         self.has_changed = true;
     }
 
-    /// Takes a recording of a folder.
     pub(crate) fn take(&mut self, folder: &Path, listed: &Listed) {
         if self.folder.as_deref() != Some(folder) {
             return;
@@ -52,7 +51,6 @@ impl Recordings {
         }
     }
 
-    /// The reading of a folder is over.
     pub(crate) fn end(&mut self, folder: &Path, result: Result<(), String>) {
         if self.folder.as_deref() != Some(folder) {
             return;
@@ -61,20 +59,5 @@ impl Recordings {
         // Files that are gone go, and the order is that of the folder.
         self.listed = std::mem::take(&mut self.fresh);
         self.problem = result.err();
-    }
-
-    /// Those that are read, the newest first.
-    pub(crate) fn listed(&self) -> &[Listed] {
-        &self.listed
-    }
-
-    /// Whether more may follow.
-    pub(crate) fn is_being_read(&self) -> bool {
-        self.is_being_read
-    }
-
-    /// Why the folder cannot be read.
-    pub(crate) fn problem(&self) -> Option<&str> {
-        self.problem.as_deref()
     }
 }

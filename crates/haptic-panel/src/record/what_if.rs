@@ -51,7 +51,6 @@ impl WhatIfTape {
         })
     }
 
-    /// The line that describes it.
     pub(crate) fn line(&self) -> String {
         let Summary { recorded, what_if, .. } = &self.summary;
         let Some(scene) = &self.scene else {

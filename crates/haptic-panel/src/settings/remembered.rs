@@ -93,11 +93,6 @@ impl Model {
             ..Settings::default()
         }
     }
-
-    /// Shows a problem with the settings.
-    pub fn show_settings_error(&mut self, why: String) {
-        self.view.show_settings_error(why);
-    }
 }
 
 /// The names of the signals of each plot, and whether their lengths are shown.

@@ -70,7 +70,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         Panel::bottom("timing").show(ui, |ui| {
             // The values of a daemon that has gone are dimmed and keep their place.
             ui.add_enabled_ui(daemon.is_connected(), |ui| {
-                timing_panel::show(ui, daemon, tapes.clipping(), &mut view.histograms_shown);
+                timing_panel::show(ui, daemon, tapes.clipping, &mut view.histograms_shown);
             });
         });
     }

@@ -34,8 +34,9 @@ const MIN_WORDS_S: f64 = 0.5;
 /// A session, and its progress through the rig's states.
 #[derive(Debug)]
 pub(super) struct Conductor {
-    session: PersonSession,
-    period_s: f64,
+    pub(super) session: PersonSession,
+    /// Time of a tick that the session counts with, s.
+    pub(super) period_s: f64,
     /// The experimenter has begun, and not paused since.
     is_begun: bool,
     newest_tick: u64,
@@ -55,15 +56,6 @@ impl Conductor {
             pace: Pace::default(),
             phase: None,
         }
-    }
-
-    pub(super) fn session(&self) -> &PersonSession {
-        &self.session
-    }
-
-    /// Time of a tick that the session counts with, s.
-    pub(super) fn period_s(&self) -> f64 {
-        self.period_s
     }
 
     /// Time that the subject will take, in words.

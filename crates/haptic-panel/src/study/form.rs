@@ -7,13 +7,11 @@ use haptic_studies::subject::{check_codes, numbered_codes};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Most subjects of a study.
 const MAX_SUBJECTS: u32 = 999;
 
 /// What is typed to make or open a study.
 #[derive(Debug)]
 pub(crate) struct StudyForm {
-    /// The folder of the study.
     pub(crate) folder: String,
     /// File of a plan; the built-in plan of the page where it is empty.
     pub(crate) plan: String,
@@ -88,9 +86,10 @@ impl StudyForm {
 pub(crate) struct StudyView {
     pub(crate) form: StudyForm,
     /// A study is being made or opened.
-    is_asked: bool,
+    pub(super) is_asked: bool,
     state: Option<StudyState>,
-    rows: Vec<StudyRow>,
+    /// The trials of the chosen subject.
+    pub(super) rows: Vec<StudyRow>,
     /// A note, as it is typed.
     pub(crate) note: String,
     pub(crate) report: Option<Notice>,
@@ -104,17 +103,6 @@ impl StudyView {
         self.state.as_ref()
     }
 
-    /// The trials of the chosen subject.
-    pub(crate) fn rows(&self) -> &[StudyRow] {
-        &self.rows
-    }
-
-    /// Whether a study is being made or opened.
-    pub(crate) fn is_asked(&self) -> bool {
-        self.is_asked
-    }
-
-    /// A command is sent.
     pub(crate) fn note_sent(&mut self, command: &StudyCommand) {
         if matches!(command, StudyCommand::Create { .. } | StudyCommand::Open { .. }) {
             (self.is_asked, self.report) = (true, None);

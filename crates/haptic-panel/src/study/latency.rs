@@ -12,7 +12,8 @@ const STEPS: usize = 10_000;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Latencies {
     counts: Vec<u32>,
-    total: u64,
+    /// Frames that were measured.
+    pub(crate) frames: u64,
 }
 
 impl Latencies {
@@ -26,12 +27,12 @@ impl Latencies {
         let step = (latency.as_secs_f64() * 1e3 / STEP_MS) as usize;
         let count = &mut self.counts[step.min(STEPS - 1)];
         *count = count.saturating_add(1);
-        self.total += 1;
+        self.frames += 1;
     }
 
     /// The latency that a share of the frames did not exceed, ms; none before the first frame.
     pub(crate) fn quantile_ms(&self, share: f64) -> Option<f64> {
-        if self.total == 0 {
+        if self.frames == 0 {
             return None;
         }
         #[expect(
@@ -40,7 +41,7 @@ impl Latencies {
             clippy::cast_sign_loss,
             reason = "a count of frames"
         )]
-        let rank = ((self.total as f64 * share).ceil() as u64).max(1);
+        let rank = ((self.frames as f64 * share).ceil() as u64).max(1);
         let mut below = 0;
         let step = self.counts.iter().position(|count| {
             below += u64::from(*count);
@@ -49,11 +50,6 @@ impl Latencies {
         #[expect(clippy::cast_precision_loss, reason = "ten thousand steps")]
         let upper_ms = (step + 1) as f64 * STEP_MS;
         Some(upper_ms)
-    }
-
-    /// Frames that were measured.
-    pub(crate) fn frames(&self) -> u64 {
-        self.total
     }
 }
 
@@ -71,6 +67,6 @@ mod tests {
         latencies.add(Duration::from_secs(3600));
         let near = |share: f64, ms: f64| (latencies.quantile_ms(share).expect("frames") - ms).abs() < 1e-6;
         assert!(near(0.5, 51.1) && near(0.95, 96.1) && near(1.0, 1000.0));
-        assert_eq!(latencies.frames(), 101);
+        assert_eq!(latencies.frames, 101);
     }
 }

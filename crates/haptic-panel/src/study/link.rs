@@ -46,7 +46,6 @@ impl StudyLink {
         }
     }
 
-    /// What the subject's window shows.
     pub(crate) fn screen(&self) -> &Arc<SubjectScreen> {
         &self.screen
     }
@@ -86,7 +85,6 @@ impl StudyLink {
         }
     }
 
-    /// Takes a command of the experimenter.
     pub(crate) fn command(&self, command: StudyCommand) {
         let mut slot = self.slot();
         let begins = matches!(command, StudyCommand::Create { .. } | StudyCommand::Open { .. });
@@ -117,7 +115,6 @@ impl StudyLink {
         }
     }
 
-    /// Starts the thread.
     fn begin(&self, slot: &mut Slot) -> std::io::Result<()> {
         let (jobs, to_do) = mpsc::sync_channel(ROOM);
         let (screen, send, updates) = (Arc::clone(&self.screen), Arc::clone(&self.send), self.updates.clone());

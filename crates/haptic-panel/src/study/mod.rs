@@ -36,17 +36,8 @@ const LEFT_WIDTH: f32 = 340.0;
 /// Least height of the table of trials, points: its heading and some rows.
 const LOWEST_TABLE: f32 = 120.0;
 
-/// The page of the targeting task.
-pub(super) fn show_task(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
-    show(ui, model, Task::Fitts, intents);
-}
-
-/// The page of the perception tests.
-pub(super) fn show_perception(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
-    show(ui, model, Task::Perception, intents);
-}
-
-fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec<Intent>) {
+/// The page of a task.
+pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec<Intent>) {
     let open = model.view.study.state().map(|state| state.task);
     Panel::left("study")
         .resizable(false)
@@ -73,11 +64,10 @@ fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec<Intent>) {
         let height = (ui.available_height() * 0.55).min(ui.available_height() - LOWEST_TABLE);
         live::show(ui, tapes.live(), state, height.max(LOWEST_TABLE));
         ui.separator();
-        trials::show(ui, state, view.study.rows());
+        trials::show(ui, state, &view.study.rows);
     });
 }
 
-/// The subject's window.
 pub(crate) fn subject_window_id() -> egui::ViewportId {
     egui::ViewportId::from_hash_of("subject's screen")
 }

@@ -46,7 +46,6 @@ struct OpenStudy {
 /// Sends intents to the daemon, ahead of whom a stop goes.
 pub(crate) type SendIntent = Arc<dyn Fn(Intent) + Send + Sync>;
 
-/// The study's thread.
 pub(super) struct SessionThread {
     screen: Arc<SubjectScreen>,
     send: SendIntent,
@@ -216,7 +215,7 @@ impl SessionThread {
         }
         // Another daemon may have another rate.
         let period_s = self.daemon.rate_hz.map(f64::recip);
-        let is_of_rig = |conductor: &Conductor| Some(conductor.period_s()) == period_s;
+        let is_of_rig = |conductor: &Conductor| Some(conductor.period_s) == period_s;
         if self.problem.is_none()
             && conductor::what_is_missing(&self.daemon).is_none()
             && !self.conductor.as_ref().is_some_and(is_of_rig)
@@ -312,7 +311,7 @@ impl SessionThread {
 
     fn state(&self) -> Option<StudyState> {
         let study = self.study.as_ref()?;
-        let session = self.conductor.as_ref().map(Conductor::session);
+        let session = self.conductor.as_ref().map(|conductor| &conductor.session);
         let subjects = study.subjects.iter().enumerate().map(|(place, subject)| {
             let view = session.filter(|_| place == self.subject).map(PersonSession::view);
             SubjectState {
@@ -375,7 +374,6 @@ fn create(folder: &Path, plan: &StudyPlan, subjects: Vec<String>, seed: u64) -> 
     made.map(drop).map_err(|error| error.to_string())
 }
 
-/// The scale of a plan's targets.
 fn scale(plan: &Plan) -> Option<TaskScale> {
     let Plan::Fitts(plan) = plan else { return None };
     let reaches = plan

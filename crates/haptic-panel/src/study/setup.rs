@@ -82,7 +82,7 @@ fn show_form(ui: &mut Ui, form: &mut StudyForm, intents: &mut Vec<Intent>) {
 /// Makes or opens the study of the form, and says what the form lacks.
 fn show_buttons(ui: &mut Ui, study: &mut StudyView, task: Task, intents: &mut Vec<Intent>) {
     let (create, open) = (study.form.create(task), study.form.open());
-    let is_asked = study.is_asked();
+    let is_asked = study.is_asked;
     ui.horizontal(|ui| {
         for (label, command, about) in [
             ("New study", &create, "Makes the folder, and opens it"),
@@ -123,7 +123,7 @@ pub(super) fn explain(ui: &mut Ui, study: &mut StudyView, task: Task, intents: &
         return;
     }
     match study.form.create(task) {
-        Ok(create) if !study.is_asked() => {
+        Ok(create) if !study.is_asked => {
             let open = study.form.open().ok();
             for (label, command) in [("Make this study", Some(create)), ("Open this study", open)] {
                 if let Some(command) = command

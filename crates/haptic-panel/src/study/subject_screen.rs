@@ -42,7 +42,6 @@ const WITHOUT_TARGETS: TaskScale = TaskScale {
     reach_m: 0.06,
 };
 
-/// The screen.
 #[derive(Default)]
 pub(crate) struct SubjectScreen {
     state: Mutex<State>,
@@ -125,7 +124,6 @@ impl SubjectScreen {
         repaint(window.as_ref());
     }
 
-    /// The scale of a study's targets.
     pub(crate) fn set_scale(&self, scale: Option<TaskScale>) {
         self.state().scale = scale;
     }
@@ -219,7 +217,7 @@ impl SubjectScreen {
         Some((
             latencies.quantile_ms(0.5)?,
             latencies.quantile_ms(0.95)?,
-            latencies.frames(),
+            latencies.frames,
         ))
     }
 
@@ -228,24 +226,20 @@ impl SubjectScreen {
         self.state().latencies = Latencies::default();
     }
 
-    /// Whether the window is open.
     pub(crate) fn is_open(&self) -> bool {
         self.state().window.is_some()
     }
 
-    /// Opens the window, or closes it.
     pub(crate) fn set_open(&self, window: Option<Context>) {
         let mut state = self.state();
         state.is_full_screen &= window.is_some();
         (state.window, state.shown) = (window, None);
     }
 
-    /// Whether the window fills its display.
     pub(crate) fn is_full_screen(&self) -> bool {
         self.state().is_full_screen
     }
 
-    /// Has the window fill its display, or not.
     pub(crate) fn set_full_screen(&self, is_full_screen: bool) {
         self.state().is_full_screen = is_full_screen;
     }

@@ -9,7 +9,6 @@ use haptic_studies::subject::Subject;
 use haptic_studies::trial::{FittsTrial, PerceptionTrial, VoidedTrial};
 use std::path::Path;
 
-/// The columns of a task.
 pub(super) const fn columns(task: Task) -> &'static [&'static str] {
     match task {
         Task::Fitts => &[

@@ -2,8 +2,9 @@
 
 use crate::study::{StudyRow, StudyState};
 use crate::theme::Palette;
+use crate::words::cell;
 use egui::style::ScrollStyle;
-use egui::{Align, Color32, Label, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
+use egui::{Color32, Label, RichText, ScrollArea, TextStyle, Ui, vec2};
 
 /// Most of the room beside the headings that a column gets, points.
 const MAX_SPARE: f32 = 40.0;
@@ -12,16 +13,9 @@ pub(super) fn show(ui: &mut Ui, state: &StudyState, rows: &[StudyRow]) {
     let palette = Palette::of(ui);
     let widths = widths(ui, state.columns);
     let height = ui.text_style_height(&TextStyle::Small);
-    let cell = |ui: &mut Ui, width: f32, text: RichText| {
-        let layout = Layout::left_to_right(Align::Center);
-        ui.allocate_ui_with_layout(vec2(width, height), layout, |ui| {
-            ui.set_min_width(width);
-            ui.add(Label::new(text.small()).truncate());
-        });
-    };
     ui.horizontal(|ui| {
         for (name, width) in state.columns.iter().zip(&widths) {
-            cell(ui, *width, RichText::new(*name).weak());
+            cell(ui, vec2(*width, height), RichText::new(*name).small().weak());
         }
     });
     if rows.is_empty() {
@@ -44,7 +38,7 @@ pub(super) fn show(ui: &mut Ui, state: &StudyState, rows: &[StudyRow]) {
                     }
                     None => {
                         for (text, width) in row.cells.iter().zip(&widths) {
-                            cell(ui, *width, RichText::new(text));
+                            cell(ui, vec2(*width, height), RichText::new(text).small());
                         }
                     }
                 });

@@ -12,32 +12,10 @@ pub(crate) const CHUNK: usize = 1024;
 /// Samples of a bucket, by level. The extremes of all levels take a tenth of the samples' memory.
 pub(crate) const LEVELS: [usize; 4] = [16, 64, 256, CHUNK];
 
-/// A set of contact states: a bucket may hold each of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Contacts(u8);
-
-impl Contacts {
-    const STUCK: u8 = 1;
-    const SLIDING: u8 = 2;
-
-    pub(crate) fn of(sample: &Sample) -> Self {
-        // Without force there is no surface to stick to.
-        Self(match (sample.state.is_live(), sample.contact) {
-            (false, _) => 0,
-            (true, 0) => Self::STUCK,
-            (true, _) => Self::SLIDING,
-        })
-    }
-
-    pub(crate) fn join(&mut self, other: Self) {
-        self.0 |= other.0;
-    }
-
-    /// Whether the block slid in any sample, so that the shortest slip is visible at any zoom; `None`
-    /// without force.
-    pub(crate) fn slides(self) -> Option<bool> {
-        (self.0 != 0).then_some(self.0 & Self::SLIDING != 0)
-    }
+/// Whether the block slides in a sample; `None` without force, where there is no surface to stick to. Of several samples
+/// the greatest counts, so that the shortest slip is visible at any zoom.
+pub(crate) fn slides(sample: &Sample) -> Option<bool> {
+    sample.state.is_live().then_some(sample.contact != 0)
 }
 
 /// The extremes of consecutive samples of a chunk.
@@ -50,7 +28,7 @@ pub(crate) struct Bucket {
     /// Indices in the chunk.
     least_at: [u16; Signal::COUNT],
     greatest_at: [u16; Signal::COUNT],
-    pub(crate) contacts: Contacts,
+    pub(crate) slides: Option<bool>,
 }
 
 impl Bucket {
@@ -63,7 +41,7 @@ impl Bucket {
             greatest: [f64::NEG_INFINITY; Signal::COUNT],
             least_at: [0; Signal::COUNT],
             greatest_at: [0; Signal::COUNT],
-            contacts: Contacts::default(),
+            slides: None,
         };
         for place in begin..chunk.samples.len() {
             let (before, sample) = chunk.pair(place)?;
@@ -79,7 +57,7 @@ impl Bucket {
                     (bucket.greatest[signal], bucket.greatest_at[signal]) = (value, at);
                 }
             }
-            bucket.contacts.join(Contacts::of(sample));
+            bucket.slides = bucket.slides.max(slides(sample));
         }
         Some(bucket)
     }
@@ -96,7 +74,7 @@ impl Bucket {
                 self.greatest_at[signal] = next.greatest_at[signal];
             }
         }
-        self.contacts.join(next.contacts);
+        self.slides = self.slides.max(next.slides);
     }
 
     /// The least and the greatest value of a signal, each with its index in the chunk.

@@ -11,11 +11,9 @@ pub(crate) struct TapeMark {
     pub(crate) kind: MarkKind,
     /// Who did it, if that is known.
     pub(crate) by: Option<String>,
-    /// What happened.
     pub(crate) text: String,
 }
 
-/// What kind of thing it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MarkKind {
     /// A person has marked the moment.

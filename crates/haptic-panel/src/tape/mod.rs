@@ -13,7 +13,7 @@ mod summary;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use chunk::{Bucket, CHUNK, Chunk, Contacts, LEVELS};
+use chunk::{Bucket, CHUNK, Chunk, LEVELS, slides};
 use haptic_ipc::{Sample, SampleY};
 use mark::TapeMark;
 use outline::{Span, end_of_column, outlines};
@@ -69,10 +69,10 @@ impl Piece<'_> {
         }
     }
 
-    fn contacts(&self) -> Contacts {
+    fn slides(&self) -> Option<bool> {
         match self {
-            Self::Sample(_, sample) => Contacts::of(sample),
-            Self::Bucket(bucket) => bucket.contacts,
+            Self::Sample(_, sample) => slides(sample),
+            Self::Bucket(bucket) => bucket.slides,
         }
     }
 }
@@ -82,7 +82,7 @@ impl Tape {
     pub(crate) fn recorded(rows: impl IntoIterator<Item = Sample>) -> Self {
         let mut tape = Self::default();
         for row in rows {
-            tape.push(row);
+            tape.push_tick(row, None);
         }
         tape
     }
@@ -167,11 +167,6 @@ impl Tape {
         marks.filter(move |(t_s, _)| (from_s..=to_s).contains(t_s))
     }
 
-    /// Adds a row of a recording of one axis.
-    pub(crate) fn push(&mut self, row: Sample) {
-        self.push_tick(row, None);
-    }
-
     /// Adds a tick, with what it has of a second axis.
     pub(crate) fn push_tick(&mut self, row: Sample, y: Option<&SampleY>) {
         let y = y.map(|y| plane::second_axis(&row, y));
@@ -207,7 +202,6 @@ impl Tape {
         }
     }
 
-    /// Number of samples.
     pub(crate) fn len(&self) -> usize {
         self.end() - self.start
     }
@@ -263,7 +257,6 @@ impl Tape {
         format!("{newest:?} {} {}", self.start, self.end())
     }
 
-    /// The newest sample.
     pub(crate) fn last(&self) -> Option<&Sample> {
         self.chunks.back()?.samples().last()
     }
@@ -407,18 +400,18 @@ impl Tape {
     pub(crate) fn contacts(&self, (from_s, to_s): (f64, f64), column_s: f64) -> Vec<(f64, Option<bool>)> {
         let places = self.places_around(from_s, to_s);
         let density = samples_a_column(&places, (from_s, to_s), column_s);
-        let mut contacts: Vec<(f64, Contacts)> = Vec::new();
+        let mut contacts: Vec<(f64, Option<bool>)> = Vec::new();
         let mut until_s = f64::NEG_INFINITY;
         let newest = places.end.checked_sub(1).and_then(|place| self.get(place));
         for (place, piece) in self.pieces(places, level(density), column_s) {
             let first_s = piece.first_s();
             match contacts.last_mut().filter(|_| first_s < until_s) {
-                Some((_, column)) => column.join(piece.contacts()),
+                Some((_, column)) => *column = (*column).max(piece.slides()),
                 None => {
                     // Nobody knows what it did in between.
                     let gap = self.gap_before(place, column_s).filter(|_| !contacts.is_empty());
-                    contacts.extend(gap.map(|from_s| (from_s, Contacts::default())));
-                    contacts.push((first_s, piece.contacts()));
+                    contacts.extend(gap.map(|from_s| (from_s, None)));
+                    contacts.push((first_s, piece.slides()));
                     if density >= MANY_CONTACTS {
                         until_s = end_of_column(first_s, column_s);
                     }
@@ -426,11 +419,8 @@ impl Tape {
             }
         }
         // The last column lasts until the last sample.
-        contacts.extend(newest.map(|sample| (sample.t_s, Contacts::of(sample))));
+        contacts.extend(newest.map(|sample| (sample.t_s, slides(sample))));
         contacts
-            .into_iter()
-            .map(|(t_s, contacts)| (t_s, contacts.slides()))
-            .collect()
     }
 
     /// The pieces in a range of places, each with its place: whole buckets of a level, finer ones where those last longer

@@ -42,7 +42,6 @@ impl Component {
         }
     }
 
-    /// The name of its line.
     pub(crate) fn name(self, signal: Signal) -> Cow<'static, str> {
         let name = signal.name();
         match self {
@@ -203,7 +202,7 @@ mod tests {
         assert_eq!((line.is_plane(), line.len()), (true, 1), "another rig");
         line.extend_ticks([(at(3.0), Some(y(f64::NAN))), (at(4.0), Some(y(2.0)))]);
         assert_eq!(line.len(), 2, "what is no number is left out of both axes");
-        line.push(at(5.0));
+        line.push_tick(at(5.0), None);
         assert_eq!((line.is_plane(), line.len()), (false, 1));
     }
 }

@@ -120,7 +120,7 @@ fn acceleration_mps2(before: &Sample, sample: &Sample, velocity: fn(&Sample) -> 
 }
 
 /// A duration, us.
-fn duration_us(ns: u64) -> f64 {
+pub(crate) fn duration_us(ns: u64) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "a duration below 2^53 ns is a hundred days")]
     let ns = ns as f64;
     ns / NS_PER_US
@@ -310,7 +310,6 @@ impl Signal {
         has_block || !matches!(self.name(), "Block position" | "Block velocity" | "Block acceleration")
     }
 
-    /// The signal of this name.
     pub(crate) fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|signal| signal.name() == name)
     }

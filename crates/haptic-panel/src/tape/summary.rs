@@ -16,23 +16,15 @@ pub(crate) struct Summary {
     pub(crate) greatest: f64,
 }
 
-impl Summary {
-    const NONE: Self = Self {
-        sums: Sums {
-            count: 0.0,
-            value: 0.0,
-            square: 0.0,
-        },
-        least: f64::INFINITY,
-        greatest: f64::NEG_INFINITY,
-    };
-}
-
 impl Tape {
     /// Sums and extremes of a signal from one time to another, s on the daemon's clock, both included.
     /// `None` without a sample.
     pub(crate) fn summary(&self, signal: Signal, from_s: f64, to_s: f64) -> Option<Summary> {
-        let mut summary = Summary::NONE;
+        let mut summary = Summary {
+            sums: Sums::default(),
+            least: f64::INFINITY,
+            greatest: f64::NEG_INFINITY,
+        };
         for (chunk, within) in self.parts(self.places(from_s, to_s)) {
             if let Some((sums, bucket)) = whole(chunk, signal, &within) {
                 summary.sums.join(sums);

@@ -55,7 +55,6 @@ impl<T> Default for Kept<T> {
 }
 
 impl<T> Kept<T> {
-    /// The last result.
     pub(crate) fn last(&self) -> Option<&T> {
         self.last.as_ref().map(|(last, ..)| last)
     }

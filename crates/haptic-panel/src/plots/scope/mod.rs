@@ -24,7 +24,7 @@ pub(crate) struct Scope {
     /// The tape as it was when the user froze it.
     frozen: Option<Tape>,
     pub(crate) trigger: Trigger,
-    window: TimeWindow,
+    pub(super) window: TimeWindow,
     /// Whether it shows the opened recording instead of the live rig.
     is_of_recording: bool,
     pub(crate) cursors: Cursors,
@@ -94,7 +94,6 @@ impl Scope {
         self.trigger.caught().filter(|_| self.follows())
     }
 
-    /// The tape that is shown.
     pub(crate) fn tape<'a>(&'a self, tapes: &'a Tapes) -> &'a Tape {
         let opened = tapes.opened_tape().filter(|_| self.is_of_recording);
         opened
@@ -103,7 +102,6 @@ impl Scope {
             .unwrap_or(tapes.live())
     }
 
-    /// Whether there is a sample to show.
     pub(crate) fn has_samples(&self, tapes: &Tapes) -> bool {
         self.tape(tapes).last().is_some()
     }
@@ -112,17 +110,6 @@ impl Scope {
         self.window.span_s()
     }
 
-    /// The shortest and the longest time that can be seen, s.
-    pub(crate) fn reach_s(&self) -> (f64, f64) {
-        self.window.reach_s()
-    }
-
-    /// The usual time that is seen, s.
-    pub(crate) fn default_s(&self) -> f64 {
-        self.window.default_s()
-    }
-
-    /// The time that is seen.
     pub(crate) fn seen(&self, tapes: &Tapes) -> TimeRange {
         let (zero_s, (left_s, right_s)) = match (self.window.zero, self.caught()) {
             (Zero::At(zero_s), _) => (zero_s, self.window.edges()),

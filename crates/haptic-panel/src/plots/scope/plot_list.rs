@@ -61,7 +61,6 @@ impl Plot {
     }
 }
 
-/// The plots over time.
 #[derive(Clone, Debug)]
 pub(crate) struct PlotList {
     plots: Vec<Plot>,
@@ -80,7 +79,6 @@ impl Default for PlotList {
 }
 
 impl PlotList {
-    /// The plots that show these signals.
     pub(crate) fn of(plots: impl IntoIterator<Item = Vec<Signal>>) -> Self {
         let mut list = Self {
             plots: Vec::new(),
@@ -111,7 +109,6 @@ impl PlotList {
         self.plots.len() >= MAX_PLOTS
     }
 
-    /// Removes the plot at a place.
     pub(crate) fn remove(&mut self, place: usize) {
         self.plots.remove(place);
     }

@@ -9,7 +9,6 @@ pub(crate) const FARTHEST: f64 = 1e6;
 /// From the lower end of an axis to its upper, in the unit of its plot.
 pub(crate) type Reach = (f64, f64);
 
-/// The value axis of a plot.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ValueAxis {
     held: Option<Reach>,
@@ -28,7 +27,6 @@ impl ValueAxis {
         self.seen = Some(reach);
     }
 
-    /// The range that was drawn last.
     pub(crate) fn seen(&self) -> Reach {
         self.seen.unwrap_or((-1.0, 1.0))
     }

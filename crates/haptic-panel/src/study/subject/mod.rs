@@ -11,9 +11,7 @@ use egui::{CentralPanel, Context, Event, Key, Modifiers, PointerButton, Ui, View
 use haptic_studies::session::Phase;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use surfaces::Surfaces;
 
-/// The title of the window.
 const TITLE: &str = "Subject's screen";
 
 /// Its usual size, points.
@@ -75,8 +73,8 @@ fn contents(ui: &mut Ui, frame: &SubjectFrame) -> Vec<SubjectAction> {
         words::show(ui, &words::NOBODY, None);
         return Vec::new();
     };
-    if let Some(surfaces) = Surfaces::of(&view.phase) {
-        let answer = surfaces::show(ui, surfaces);
+    if let Phase::Wait | Phase::Feel(_) | Phase::Question = view.phase {
+        let answer = surfaces::show(ui, view.phase);
         return answer.into_iter().map(SubjectAction::Answer).collect();
     }
     match &view.phase {

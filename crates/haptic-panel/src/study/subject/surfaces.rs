@@ -10,41 +10,19 @@ const SIDE: f32 = 0.38;
 
 const OUTLINE: f32 = 3.0;
 
-/// Where a trial is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Surfaces {
-    /// The surface changes.
-    Change,
-    /// One of them, 1 or 2, is felt.
-    Feel(u8),
-    /// Which had more friction?
-    Question,
-}
-
-impl Surfaces {
-    /// Where a trial is in a phase; none if that has no surfaces.
-    pub(super) const fn of(phase: &Phase) -> Option<Self> {
-        match phase {
-            Phase::Wait => Some(Self::Change),
-            Phase::Feel(surface) => Some(Self::Feel(*surface)),
-            Phase::Question => Some(Self::Question),
-            _ => None,
-        }
-    }
-}
-
-/// Shows the places; returns the answer, 1 or 2, if there is one.
-pub(super) fn show(ui: &mut Ui, surfaces: Surfaces) -> Option<u8> {
+/// Shows the places of a trial in a phase; returns the answer, 1 or 2, if there is one.
+pub(super) fn show(ui: &mut Ui, phase: Phase) -> Option<u8> {
     let palette = Palette::of(ui);
     let area = ui.max_rect();
     let unit = area.width().min(area.height() * 1.6);
     let side = SIDE * area.width().min(area.height());
-    let text = match surfaces {
-        Surfaces::Change => "The surface changes",
-        Surfaces::Feel(1) => "Feel the first surface",
-        Surfaces::Feel(_) => "Feel the second surface",
-        Surfaces::Question => "Which surface had more friction?",
+    let text = match phase {
+        Phase::Feel(1) => "Feel the first surface",
+        Phase::Feel(_) => "Feel the second surface",
+        Phase::Question => "Which surface had more friction?",
+        _ => "The surface changes",
     };
+    let is_asked = phase == Phase::Question;
     let title = pos2(area.center().x, area.top() + 0.1 * area.height());
     let ink = ui.visuals().strong_text_color();
     line(ui, text, title, unit * 0.05, ink);
@@ -52,8 +30,7 @@ pub(super) fn show(ui: &mut Ui, surfaces: Surfaces) -> Option<u8> {
     for (number, shift) in [(1, -0.75), (2, 0.75)] {
         let at = area.center() + vec2(shift * side, 0.06 * area.height());
         let place = Rect::from_center_size(at, vec2(side, side));
-        let is_felt = surfaces == Surfaces::Feel(number);
-        let is_asked = surfaces == Surfaces::Question;
+        let is_felt = phase == Phase::Feel(number);
         if is_asked {
             let button = ui.put(place, Button::new("").fill(Color32::TRANSPARENT));
             let button = button.accessible_name(format!("surface {number} had more friction"));
@@ -70,7 +47,7 @@ pub(super) fn show(ui: &mut Ui, surfaces: Surfaces) -> Option<u8> {
         let font = FontId::proportional(side * 0.5);
         painter.text(place.center(), Align2::CENTER_CENTER, number.to_string(), font, ink);
     }
-    if surfaces != Surfaces::Question {
+    if !is_asked {
         return None;
     }
     let hint = pos2(area.center().x, area.bottom() - 0.11 * area.height());

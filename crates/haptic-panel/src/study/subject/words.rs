@@ -28,7 +28,6 @@ pub(super) const NOBODY: Words = Words {
 
 const GO_ON: &str = "Click, or press Enter, to continue";
 
-/// The words of a phase.
 pub(super) fn of(view: &View, is_targets: bool) -> Words {
     let words = |title, text: &str, prompt| Words {
         title,
