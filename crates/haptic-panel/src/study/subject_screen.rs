@@ -255,24 +255,8 @@ fn repaint(window: Option<&Context>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::subject::tests::targets;
     use crate::tape::tests::at;
-    use haptic_studies::session::Targets;
-
-    fn targets() -> View {
-        View {
-            phase: Phase::Targets(Targets {
-                active_m: 0.1,
-                other_m: -0.1,
-                width_m: 0.05,
-                cursor_diameter_m: 0.006,
-                is_start: false,
-            }),
-            is_practice: false,
-            done: 1,
-            of: Some(8),
-            feedback: None,
-        }
-    }
 
     #[test]
     fn cursor_follows_newest_sample_and_next_frame_ends_latency() {

@@ -107,4 +107,4 @@ fn clicks(ui: &Ui) -> usize {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -49,7 +49,7 @@ fn window(view: Option<View>, reach_m: f64) -> Harness<'static, Window> {
     harness
 }
 
-fn targets() -> View {
+pub(in crate::study) fn targets() -> View {
     View {
         feedback: Some(Feedback::Missed),
         ..view(Phase::Targets(Targets {
