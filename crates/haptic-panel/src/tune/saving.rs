@@ -42,9 +42,11 @@ impl Saving {
 
     /// The daemon has answered a save under a name. Returns what to show the user.
     pub(crate) fn answered(&mut self, name: &str, result: Result<&SceneSaveReply, WireError>) -> Notice {
-        self.would_replace = None;
         Notice::new(match result {
-            Ok(reply) => Ok(format!("Saved as {} ({})", reply.name, reply.path)),
+            Ok(reply) => {
+                self.would_replace = None;
+                Ok(format!("Saved as {} ({})", reply.name, reply.path))
+            }
             Err(error) if error.code == ErrorCode::SceneExists => {
                 self.would_replace = Some(name.to_owned());
                 Err(format!(
