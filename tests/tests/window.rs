@@ -13,6 +13,7 @@ use haptic_ipc::{
 };
 use haptic_studies::plan::{Plan, Task};
 use haptic_studies::store::{Study, StudyDescription};
+use haptic_studies::subject_table::SubjectTable;
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -276,8 +277,9 @@ fn studies() -> tempfile::TempDir {
     let perception = Task::Perception.built_in_plan();
     for (page, text) in [("task", PLAN), ("perception", perception)] {
         let plan = Plan::read(text).expect("a plan");
-        let about = StudyDescription::people(&plan, text, 1, vec!["P7".to_owned()]);
-        drop(Study::create(&folder.path().join(page), text, &about).expect("a study"));
+        let subjects = SubjectTable::of_codes(&["P7".to_owned()]);
+        let about = StudyDescription::people(&plan, text, 1, &subjects);
+        drop(Study::create(&folder.path().join(page), text, &about, &subjects).expect("a study"));
     }
     folder
 }

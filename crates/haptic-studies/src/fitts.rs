@@ -38,26 +38,14 @@ pub fn segments(plan: &FittsPlan, seed: u64, subject: &Subject) -> Vec<Segment> 
     let random = |item| Random::new(seed, subject.number, Purpose::Order, item);
     let order = places(plan.order, &plan.resistance_names(), seed, subject);
     let mut rounds: Vec<&Resistance> = order.into_iter().map(|place| &plan.resistances[place]).collect();
-    rounds.splice(
-        0..0,
-        plan.resistances
-            .iter()
-            .filter(|resistance| resistance.name == plan.baseline),
-    );
-    let mut segments = Vec::new();
-    let add = |segments: &mut Vec<Segment>,
-               block,
-               is_practice,
-               resistance: &Resistance,
-               condition: &Condition,
-               after_rest| {
-        segments.push(Segment {
-            block,
-            is_practice,
-            resistance: resistance.clone(),
-            condition: condition.clone(),
-            after_rest,
-        });
+    let baseline = plan.resistances.iter().filter(|one| one.name == plan.baseline);
+    rounds.splice(0..0, baseline);
+    let segment = |block, is_practice, resistance: &Resistance, condition: &Condition, after_rest| Segment {
+        block,
+        is_practice,
+        resistance: resistance.clone(),
+        condition: condition.clone(),
+        after_rest,
     };
     let shuffled = |item| {
         let mut conditions: Vec<&Condition> = plan.conditions.iter().collect();
@@ -66,31 +54,19 @@ pub fn segments(plan: &FittsPlan, seed: u64, subject: &Subject) -> Vec<Segment> 
     };
     // Practice is drawn last, so that its length changes nothing of the rest.
     let practice = shuffled(u64::MAX);
-    for (block, condition) in (1..=plan.practice_segments).zip(practice.iter().cycle()) {
-        add(&mut segments, block, true, rounds[0], condition, false);
-    }
+    let practice = (1..=plan.practice_segments).zip(practice.into_iter().cycle());
+    let mut segments: Vec<Segment> = practice
+        .map(|(block, condition)| segment(block, true, rounds[0], condition, false))
+        .collect();
     let mut block = 0;
     for (round, resistance) in (1..).zip(&rounds) {
         for (index, condition) in shuffled(round).into_iter().enumerate() {
             let after_rest = block > 0 && (index == 0 || block % plan.rest_every_segments == 0);
             block += 1;
-            add(&mut segments, block, false, resistance, condition, after_rest);
+            segments.push(segment(block, false, resistance, condition, after_rest));
         }
     }
     segments
-}
-
-/// What the task sees in a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// The tick.
-    pub tick: u64,
-    /// Position of the handle, m.
-    pub position_m: f64,
-    /// Revision of the scene that is rendered.
-    pub revision: u64,
-    /// Whether a click came since the tick before.
-    pub clicked: bool,
 }
 
 /// What came of a click.
@@ -99,10 +75,7 @@ pub enum Event {
     /// The segment began: its first trial's target is active.
     Started,
     /// The cursor was not wholly inside.
-    Missed {
-        /// How far its edge was outside the target's, m.
-        size_m: f64,
-    },
+    Missed,
     /// A trial is done. Keep its row before the next tick.
     Hit(Box<FittsTrial>),
 }
@@ -120,21 +93,19 @@ pub enum Phase {
     Finished,
 }
 
-/// What the subject sees, lengths in m of the task.
+/// Two targets, left and right of the middle of the task; lengths in m of the task.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
-    /// Where the subject is.
-    pub phase: Phase,
-    /// Centre of the active target; none where there is none.
-    pub target_m: Option<f64>,
-    /// Distance between the targets' centres.
-    pub amplitude_m: f64,
+pub struct Targets {
+    /// Centre of the active target.
+    pub active_m: f64,
+    /// Centre of the other target.
+    pub other_m: f64,
     /// Width of the targets.
     pub width_m: f64,
     /// Diameter of the cursor.
     pub cursor_diameter_m: f64,
-    /// Length of the break that is offered, s; 0 where there is none.
-    pub rest_s: f64,
+    /// Whether the active target is the one that a segment starts from: its click is not a trial.
+    pub is_start: bool,
 }
 
 /// A trial under way.
@@ -265,20 +236,18 @@ impl FittsSession {
         self.at.1 = 0;
     }
 
-    /// What the subject sees.
+    /// Where the subject is.
     #[must_use]
-    pub fn view(&self) -> View {
-        let segment = self.segment();
-        let condition = segment.map(|segment| &segment.condition);
-        let rests = self.phase == Phase::Ready && self.at.1 == 0 && segment.is_some_and(|segment| segment.after_rest);
-        View {
-            phase: self.phase,
-            target_m: self.target_m(),
-            amplitude_m: condition.map_or(0.0, |condition| condition.amplitude_m),
-            width_m: condition.map_or(0.0, |condition| condition.width_m),
-            cursor_diameter_m: self.plan.cursor.diameter_m,
-            rest_s: if rests { self.plan.rest_s } else { 0.0 },
-        }
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Length of the break that is offered, s; 0 where there is none.
+    #[must_use]
+    pub fn rest_s(&self) -> f64 {
+        let rests = self.phase == Phase::Ready && self.at.1 == 0;
+        let segment = self.segment().filter(|segment| rests && segment.after_rest);
+        segment.map_or(0.0, |_| self.plan.rest_s)
     }
 
     /// Direction of the trial that is next: the first of a segment goes the positive way, and they alternate.
@@ -286,52 +255,55 @@ impl FittsSession {
         if self.at.1.is_multiple_of(2) { 1 } else { -1 }
     }
 
-    fn target_m(&self) -> Option<f64> {
-        let side = match self.phase {
-            Phase::Ready | Phase::Finished => return None,
-            Phase::Start => -self.direction(),
-            Phase::Trial => self.direction(),
-        };
-        Some(f64::from(side) * 0.5 * self.segment()?.condition.amplitude_m)
+    /// The targets; none before a segment, or while it is paused.
+    #[must_use]
+    pub fn targets(&self) -> Option<Targets> {
+        let is_start = self.phase == Phase::Start;
+        let side = if is_start { -self.direction() } else { self.direction() };
+        let condition = &self.segment()?.condition;
+        let active_m = f64::from(side) * 0.5 * condition.amplitude_m;
+        matches!(self.phase, Phase::Start | Phase::Trial).then_some(Targets {
+            active_m,
+            other_m: -active_m,
+            width_m: condition.width_m,
+            cursor_diameter_m: self.plan.cursor.diameter_m,
+            is_start,
+        })
     }
 
-    /// Takes a tick. Ticks without a click change nothing.
-    pub fn step(&mut self, sample: &Sample) -> Option<Event> {
-        if !sample.clicked {
-            return None;
-        }
-        let (target_m, segment) = (self.target_m()?, self.segment()?);
+    /// Takes a click at a tick, with the handle at a position, m, under a revision of the scene.
+    pub fn click(&mut self, tick: u64, position_m: f64, revision: u64) -> Option<Event> {
+        let (targets, segment) = (self.targets()?, self.segment()?);
         // A click in the tick of the last one, or before it, is the same click.
-        if self.phase == Phase::Trial && sample.tick <= self.trial.start_tick {
+        if !targets.is_start && tick <= self.trial.start_tick {
             return None;
         }
-        let error_m = self.plan.rig.task_m(sample.position_m) - target_m;
-        let size_m = error_m.abs() + 0.5 * (self.plan.cursor.diameter_m - segment.condition.width_m);
+        let error_m = self.plan.rig.task_m(position_m) - targets.active_m;
+        let size_m = error_m.abs() + 0.5 * (targets.cursor_diameter_m - targets.width_m);
         // A position that is not a number is inside nothing.
         if !size_m.is_finite() {
             return None;
         }
         if size_m > 0.0 {
-            if self.phase == Phase::Trial {
+            if !targets.is_start {
                 self.trial.errors += 1;
                 self.trial.error_size_m += size_m;
             }
-            return Some(Event::Missed { size_m });
+            return Some(Event::Missed);
         }
-        if self.phase == Phase::Start {
+        if targets.is_start {
             self.phase = Phase::Trial;
-            self.begin_trial(sample.tick);
+            self.begin_trial(tick);
             return Some(Event::Started);
         }
-        let ticks = sample.tick - self.trial.start_tick;
-        let row = self.row(segment, error_m, ticks, sample);
+        let row = self.row(segment, error_m, tick, revision);
         self.advance();
-        self.begin_trial(sample.tick);
+        self.begin_trial(tick);
         Some(Event::Hit(Box::new(row)))
     }
 
     #[expect(clippy::cast_precision_loss, reason = "ticks of a trial are far below 2^53")]
-    fn row(&self, segment: &Segment, error_m: f64, ticks: u64, sample: &Sample) -> FittsTrial {
+    fn row(&self, segment: &Segment, error_m: f64, tick: u64, revision: u64) -> FittsTrial {
         let direction = self.direction();
         FittsTrial {
             operator: Some(self.operator),
@@ -346,17 +318,13 @@ impl FittsSession {
             width_m: segment.condition.width_m,
             cursor_diameter_m: Some(self.plan.cursor.diameter_m),
             end_error_m: f64::from(direction) * error_m,
-            movement_time_s: ticks as f64 * self.period_s,
+            movement_time_s: (tick - self.trial.start_tick) as f64 * self.period_s,
             errors: self.trial.errors,
             error_size_m: Some(self.trial.error_size_m),
             start_tick: Some(self.trial.start_tick),
-            end_tick: Some(sample.tick),
-            scene_revision: Some(sample.revision),
-            voided: 0,
-            cursor_latency_s: None,
-            cursor_latency_p95_s: None,
-            frame_rate_hz: None,
-            recording: None,
+            end_tick: Some(tick),
+            scene_revision: Some(revision),
+            ..FittsTrial::default()
         }
     }
 

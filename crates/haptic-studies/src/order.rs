@@ -87,15 +87,4 @@ mod tests {
             assert_eq!(row(count, rows(count)), square[0], "it begins again");
         }
     }
-
-    #[test]
-    fn a_subjects_own_order_goes_before_the_plans() {
-        let names = ["real", "viscous", "baseline"].map(str::to_owned);
-        let mut subject = Subject::numbered(2);
-        assert_eq!(places(Order::LatinSquare, &names, 1, &subject), [1, 2, 0]);
-        subject.order = ["viscous", "baseline", "real"].map(str::to_owned).to_vec();
-        for order in [Order::LatinSquare, Order::Random] {
-            assert_eq!(places(order, &names, 1, &subject), [1, 2, 0]);
-        }
-    }
 }

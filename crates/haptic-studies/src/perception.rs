@@ -4,7 +4,7 @@
 //! Ready --begin--> gap -> interval 1 -> gap -> interval 2 -> question --answer--> Ready (a break, the next trial) ... Finished
 //! ```
 //!
-//! It is blind: what the subject sees is a [`Prompt`], which does not know what is rendered; only the rig
+//! It is blind: what the subject sees is a [`Phase`], which does not know what is rendered; only the rig
 //! learns what is rendered, by [`surface`](PerceptionSession::surface).
 
 mod staircase;
@@ -17,60 +17,27 @@ use super::trial::{Case, Operator, PerceptionTrial};
 use haptic_core::Scene;
 use staircase::Levels;
 
-/// What the subject sees.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Prompt {
-    /// A trial can begin, after a break where one is offered.
-    Ready {
-        /// Length of the break, s; 0 where there is none.
-        rest_s: f64,
-    },
-    /// Wait: the surface changes.
-    Wait,
-    /// Feel the first (1) or the second (2) surface.
-    Feel(u8),
-    /// Which had more friction?
-    Question,
-    /// All is done.
-    Finished,
-}
-
 /// The interval that had more friction, by the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// The first.
-    First,
+    First = 1,
     /// The second.
     Second,
 }
 
-impl Answer {
-    /// The answer of a key: a digit, or an arrow by its name.
-    #[must_use]
-    pub fn of_key(key: &str) -> Option<Self> {
-        match key {
-            "1" | "ArrowLeft" => Some(Self::First),
-            "2" | "ArrowRight" => Some(Self::Second),
-            _ => None,
-        }
-    }
-
-    const fn number(self) -> u8 {
-        match self {
-            Self::First => 1,
-            Self::Second => 2,
-        }
-    }
-}
-
 /// Where a trial is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
+pub enum Phase {
+    /// A trial can begin, after a break where one is offered.
     Ready,
-    /// Before an interval.
+    /// The surface of the first (1) or the second (2) interval is on its way.
     Gap(u8),
+    /// The first (1) or the second (2) surface is felt.
     Feel(u8),
+    /// Which had more friction?
     Question,
+    /// All is done.
     Finished,
 }
 
@@ -212,40 +179,32 @@ impl PerceptionSession {
         (self.practice_done, self.done)
     }
 
-    /// The base surface.
+    /// Where the trial is.
     #[must_use]
-    pub fn base(&self) -> &Scene {
-        &self.plan.base
+    pub fn phase(&self) -> Phase {
+        self.phase
     }
 
-    /// What the subject sees.
+    /// Length of the break that is offered, s; 0 where there is none.
     #[must_use]
-    pub fn prompt(&self) -> Prompt {
-        let every = self.plan.rest_every_trials;
-        match self.phase {
-            Phase::Ready => Prompt::Ready {
-                rest_s: if self.done > 0 && self.done.is_multiple_of(every) {
-                    self.plan.rest_s
-                } else {
-                    0.0
-                },
-            },
-            Phase::Gap(_) => Prompt::Wait,
-            Phase::Feel(interval) => Prompt::Feel(interval),
-            Phase::Question => Prompt::Question,
-            Phase::Finished => Prompt::Finished,
+    pub fn rest_s(&self) -> f64 {
+        let rests = self.phase == Phase::Ready && self.done > 0;
+        if rests && self.done.is_multiple_of(self.plan.rest_every_trials) {
+            self.plan.rest_s
+        } else {
+            0.0
         }
     }
 
-    /// What the rig renders, or changes to in a gap; none between two trials. Not for the subject.
+    /// What the rig renders, or changes to in a gap: the base between two trials, nothing at the end. Not for the
+    /// subject.
     #[must_use]
     pub fn surface(&self) -> Option<Scene> {
-        let interval = match self.phase {
-            Phase::Gap(interval) | Phase::Feel(interval) => interval,
-            _ => return None,
-        };
         let upcoming = self.upcoming()?;
-        let is_comparison = (interval == 1) == upcoming.comparison_first;
+        let is_comparison = match self.phase {
+            Phase::Gap(interval) | Phase::Feel(interval) => (interval == 1) == upcoming.comparison_first,
+            _ => false,
+        };
         Some(if is_comparison {
             let forces = self.plan.comparison_n(upcoming.case, upcoming.level_n);
             self.plan.surface(forces)
@@ -316,7 +275,7 @@ impl PerceptionSession {
             comparison_dynamic_n,
             level_n: upcoming.level_n,
             comparison_first: upcoming.comparison_first,
-            answer: answer.number(),
+            answer: answer as u8,
             correct,
             response_time_s: Some(response_time_s),
             reversal: false,

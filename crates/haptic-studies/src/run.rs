@@ -4,8 +4,9 @@
 //! however many threads run it, and however often it was killed.
 
 use super::operator::{self, OperatorError};
+use super::plan::Task as Kind;
 use super::session::{FinishedTrial, News, Session, Task, TrialRow};
-use super::store::{Keeper, RigDescription, StoreError, Study};
+use super::store::{Keeper, RigDescription, StoreError, Study, trials_of};
 use super::subject::Subject;
 use super::trial::{FittsTrial, Operator};
 use std::collections::VecDeque;
@@ -165,7 +166,7 @@ fn rows_of_segment(study: &Study, subject: &Subject, session: &Session) -> Resul
     if done == 0 {
         return Ok(VecDeque::new());
     }
-    let rows = study.rows(subject, session.task().is_practice())?;
+    let rows = trials_of(study.folder(), subject, Kind::Fitts, session.task().is_practice())?;
     Ok(rows[rows.len() - done as usize..].iter().cloned().collect())
 }
 

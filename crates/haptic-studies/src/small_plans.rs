@@ -1,6 +1,22 @@
-//! Short plans for tests.
+//! Plans for tests.
 
-use super::plan::Task;
+use super::plan::{FittsPlan, PerceptionPlan, Plan, Task};
+
+/// The built-in targeting task.
+pub(crate) fn fitts_plan() -> FittsPlan {
+    let Ok(Plan::Fitts(plan)) = Plan::read(Task::Fitts.built_in_plan()) else {
+        panic!("a plan")
+    };
+    plan
+}
+
+/// The built-in perception tests.
+pub(crate) fn perception_plan() -> PerceptionPlan {
+    let Ok(Plan::Perception(plan)) = Plan::read(Task::Perception.built_in_plan()) else {
+        panic!("a plan")
+    };
+    plan
+}
 
 /// Two conditions and two resistances, of two trials a segment.
 pub(crate) fn small_fitts() -> String {

@@ -41,8 +41,8 @@ pub(crate) struct Arguments {
 pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     let (plan, text) = plan::read(&arguments.plan)?;
     let subjects = arguments.subjects.table()?;
-    let about = StudyDescription::people_of(&plan, &text, arguments.seed, &subjects);
-    let study = Study::create_for(&arguments.out, &text, &about, &subjects).map_err(not_stored)?;
+    let about = StudyDescription::people(&plan, &text, arguments.seed, &subjects);
+    let study = Study::create(&arguments.out, &text, &about, &subjects).map_err(not_stored)?;
     show(&study, as_json)
 }
 

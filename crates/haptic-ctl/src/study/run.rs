@@ -76,7 +76,7 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
     let recordings = !arguments.no_recordings;
     let subjects = arguments.subjects.table()?;
     let about = StudyDescription::simulated(&plan, &text, arguments.seed, &subjects, recordings);
-    let study = Study::create_for(&arguments.out, &text, &about, &subjects).map_err(not_stored)?;
+    let study = Study::create(&arguments.out, &text, &about, &subjects).map_err(not_stored)?;
     if !as_json {
         super::new::say_notes(&plan, &about)?;
     }

@@ -1,5 +1,5 @@
 //! A subject's session at the daemon: which scene the rig changes to, when, and what becomes of a stop, a fault, a lost
-//! connection or another client's change. It decides; nothing here waits.
+//! connection or another client's change. It decides; nothing here waits but [`keep`](Conductor::keep).
 //!
 //! The scene changes with the hand on the handle: over 200 ms, in which the daemon leaves the force continuous. Nothing
 //! engages the rig but the experimenter. A lease has the rig released should the panel be lost.
@@ -14,9 +14,9 @@ use haptic_core::Scene;
 use haptic_ipc::{ChangeReply, DaemonMirror, Event, RigState};
 use haptic_studies::pace::Pace;
 use haptic_studies::perception::Answer as Choice;
-use haptic_studies::person::{PersonError, PersonSession, SessionEvent};
+use haptic_studies::person::{PersonSession, SessionEvent};
 use haptic_studies::session::{Frame, Interruption, Mounting, Phase, View};
-use haptic_studies::store::RigDescription;
+use haptic_studies::store::{RigDescription, StoreError};
 use std::mem::{Discriminant, discriminant};
 
 /// Time over which a scene changes, ms.
@@ -65,7 +65,7 @@ impl Conductor {
     }
 
     /// Ends it, once all that became final is on the disk.
-    pub(super) fn close(self) -> Result<(), PersonError> {
+    pub(super) fn close(self) -> Result<(), StoreError> {
         self.session.close()
     }
 
@@ -74,9 +74,9 @@ impl Conductor {
         self.is_begun.then(|| self.session.view())
     }
 
-    /// What happened since.
-    pub(super) fn poll(&mut self) -> Result<Vec<SessionEvent>, PersonError> {
-        let happened = self.session.poll()?;
+    /// Has what became final on the disk, and says what happened since.
+    pub(super) fn keep(&mut self) -> Result<Vec<SessionEvent>, StoreError> {
+        let happened = self.session.keep()?;
         if !self.is_begun || self.session.interruption().is_some() {
             self.pace.interrupt();
         }

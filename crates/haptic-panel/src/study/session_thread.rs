@@ -14,17 +14,14 @@ use haptic_studies::plan::Plan;
 use haptic_studies::session::{Phase, View};
 use haptic_studies::store::{self, Study, StudyDescription};
 use haptic_studies::subject::Subject;
+use haptic_studies::subject_table::SubjectTable;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::time::Duration;
+use std::sync::mpsc;
 
 /// Time between two batches of samples while a study is open, ms: the cursor follows them.
 const STUDY_BATCH_MS: u32 = 4;
-
-/// Longest time between two looks at what the disk has done.
-const MAX_WAIT: Duration = Duration::from_millis(50);
 
 /// Work of the thread.
 #[derive(Debug)]
@@ -87,22 +84,19 @@ impl SessionThread {
 
     /// Works until the study is closed.
     pub(super) fn run(mut self, jobs: &mpsc::Receiver<Job>) {
-        loop {
-            let job = jobs.recv_timeout(MAX_WAIT);
-            let is_of_samples = matches!(job, Ok(Job::Hear(Update::Event(Event::Samples(_)))));
+        for job in jobs {
+            let is_of_samples = matches!(job, Job::Hear(Update::Event(Event::Samples(_))));
             match job {
-                Ok(Job::Hear(update)) => self.hear(&update),
-                Ok(Job::Command(command)) => {
+                Job::Hear(update) => self.hear(&update),
+                Job::Command(command) => {
                     if !self.carry_out(command) {
                         break;
                     }
                 }
-                // The disk may have done something.
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => break,
             }
-            self.go_on();
+            // The subject sees the next target at once; the disk may take its time.
             self.show(is_of_samples);
+            self.go_on();
         }
         self.close();
     }
@@ -126,7 +120,7 @@ impl SessionThread {
                 plan,
                 subjects,
                 seed,
-            } => return self.open(&folder, create(&folder, &plan, subjects, seed)),
+            } => return self.open(&folder, create(&folder, &plan, &subjects, seed)),
             StudyCommand::Open { folder } => return self.open(&folder, Ok(())),
             StudyCommand::Close => return false,
             StudyCommand::Choose(place) => {
@@ -255,25 +249,28 @@ impl SessionThread {
         }
     }
 
-    /// Reports what happened, and asks the daemon for what is due.
+    /// Asks the daemon for what is due, has the trials that are done on the disk, and reports what happened.
     fn go_on(&mut self) {
         let Some(conductor) = &mut self.conductor else { return };
-        let happened = match conductor.poll() {
-            Ok(happened) => happened,
-            Err(error) => {
+        // No rig is held while the disk works.
+        let intents = conductor.due(&self.daemon, &mut self.before);
+        self.ask(intents);
+        match self.conductor.as_mut().map(Conductor::keep) {
+            None => {}
+            Some(Ok(happened)) => {
+                for happening in happened {
+                    match happening {
+                        SessionEvent::Kept(row) => self.report(StudyNews::Row(table::row(&row))),
+                        SessionEvent::Voided(voided) => self.report(StudyNews::Row(table::void(&voided))),
+                        SessionEvent::Finished => {}
+                    }
+                }
+            }
+            Some(Err(error)) => {
                 // What is on the disk decides where it continues.
                 self.problem = Some(error.to_string());
                 self.conductor = None;
-                return;
-            }
-        };
-        let intents = conductor.due(&self.daemon, &mut self.before);
-        self.ask(intents);
-        for happening in happened {
-            match happening {
-                SessionEvent::Kept(row) => self.report(StudyNews::Row(table::row(&row))),
-                SessionEvent::Voided(voided) => self.report(StudyNews::Row(table::void(&voided))),
-                SessionEvent::Finished => {}
+                self.show(false);
             }
         }
     }
@@ -313,7 +310,7 @@ impl SessionThread {
         let study = self.study.as_ref()?;
         let session = self.conductor.as_ref().map(|conductor| &conductor.session);
         let subjects = study.subjects.iter().enumerate().map(|(place, subject)| {
-            let view = session.filter(|_| place == self.subject).map(PersonSession::view);
+            let view = session.filter(|_| place == self.subject).map(|session| session.view());
             SubjectState {
                 code: subject.code.clone(),
                 progress: view.map(|view| (view.done, view.of)),
@@ -361,7 +358,7 @@ impl SessionThread {
 }
 
 /// Makes a study for people.
-fn create(folder: &Path, plan: &StudyPlan, subjects: Vec<String>, seed: u64) -> Result<(), String> {
+fn create(folder: &Path, plan: &StudyPlan, subjects: &[String], seed: u64) -> Result<(), String> {
     let text = match plan {
         StudyPlan::BuiltIn(task) => task.built_in_plan().to_owned(),
         StudyPlan::File(path) => {
@@ -369,8 +366,9 @@ fn create(folder: &Path, plan: &StudyPlan, subjects: Vec<String>, seed: u64) -> 
         }
     };
     let plan = Plan::read(&text).map_err(|error| error.to_string())?;
-    let about = StudyDescription::people(&plan, &text, seed, subjects);
-    let made = Study::create(folder, &text, &about);
+    let subjects = SubjectTable::of_codes(subjects);
+    let about = StudyDescription::people(&plan, &text, seed, &subjects);
+    let made = Study::create(folder, &text, &about, &subjects);
     made.map(drop).map_err(|error| error.to_string())
 }
 

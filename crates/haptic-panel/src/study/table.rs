@@ -87,11 +87,11 @@ fn perception_cells(trial: &PerceptionTrial) -> Vec<String> {
 pub(super) fn rows(folder: &Path, task: Task, subject: &Subject) -> Result<Vec<StudyRow>, StoreError> {
     let all_cells: Vec<Vec<String>> = match task {
         Task::Fitts => {
-            let trials = store::trials_of(folder, subject, task)?;
+            let trials = store::trials_of(folder, subject, task, false)?;
             trials.iter().map(fitts_cells).collect()
         }
         Task::Perception => {
-            let trials = store::trials_of(folder, subject, task)?;
+            let trials = store::trials_of(folder, subject, task, false)?;
             trials.iter().map(perception_cells).collect()
         }
     };

@@ -1,19 +1,12 @@
 use super::super::order::Order;
-use super::super::plan::{Plan, Task};
+use super::super::small_plans::fitts_plan;
 use super::*;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 
-fn plan() -> FittsPlan {
-    let Ok(Plan::Fitts(plan)) = Plan::read(Task::Fitts.built_in_plan()) else {
-        panic!("a plan")
-    };
-    plan
-}
-
 /// Three conditions, two resistances, two trials a segment.
 fn small() -> FittsPlan {
-    let mut plan = plan();
+    let mut plan = fitts_plan();
     plan.conditions.truncate(3);
     plan.resistances.truncate(2);
     plan.trials_per_segment = 2;
@@ -24,18 +17,9 @@ fn session(plan: &FittsPlan) -> FittsSession {
     FittsSession::new(plan, 7, &Subject::numbered(3), Operator::Human, 1e-3)
 }
 
-fn click(tick: u64, rig_m: f64) -> Sample {
-    Sample {
-        tick,
-        position_m: rig_m,
-        revision: 4,
-        clicked: true,
-    }
-}
-
 #[test]
 fn nine_baseline_segments_precede_all_resistances() {
-    let plan = plan();
+    let plan = fitts_plan();
     let segments = segments(&plan, 1, &Subject::numbered(1));
     let (practice, counted): (Vec<&Segment>, Vec<&Segment>) = segments.iter().partition(|segment| segment.is_practice);
     assert_eq!((practice.len(), counted.len()), (1, 54));
@@ -56,7 +40,7 @@ fn nine_baseline_segments_precede_all_resistances() {
 
 #[test]
 fn an_order_is_that_of_seed_and_subject() {
-    let plan = plan();
+    let plan = fitts_plan();
     let order = |seed, subject| segments(&plan, seed, &Subject::numbered(subject));
     assert_eq!(order(1, 1), order(1, 1));
     assert_ne!(order(1, 1), order(1, 2));
@@ -72,7 +56,7 @@ fn an_order_is_that_of_seed_and_subject() {
 
 #[test]
 fn resistances_follow_the_latin_square_or_the_subjects_order() {
-    let mut plan = plan();
+    let mut plan = fitts_plan();
     let rounds = |plan: &FittsPlan, subject: &Subject| -> Vec<String> {
         let counted = segments(plan, 1, subject)
             .into_iter()
@@ -99,58 +83,37 @@ fn resistances_follow_the_latin_square_or_the_subjects_order() {
 fn a_click_is_valid_where_the_whole_cursor_is_inside() {
     let mut session = session(&small());
     session.begin();
-    let view = session.view();
-    let half_m = 0.5 * view.amplitude_m;
+    let targets = session.targets().expect("targets");
+    let half_m = targets.other_m;
     // The widest place of the cursor's centre, and 0.3 mm beyond it.
-    let inside_m = 0.5 * (view.width_m - view.cursor_diameter_m);
-    let rig = |task_m: f64| task_m / 3.0;
-    assert_eq!(
-        session.step(&click(1, rig(half_m))),
-        Some(Event::Missed {
-            size_m: 2.0 * half_m - inside_m
-        })
-    );
-    assert_eq!(
-        session.step(&click(10, rig(-half_m + inside_m - 1e-9))),
-        Some(Event::Started)
-    );
-    let Some(Event::Missed { size_m }) = session.step(&click(500, rig(half_m + inside_m + 3e-4))) else {
-        panic!("outside")
-    };
-    assert!((size_m - 3e-4).abs() < 1e-12, "{size_m}");
-    assert_eq!(
-        session.step(&Sample {
-            clicked: false,
-            ..click(600, rig(half_m))
-        }),
-        None
-    );
-    let Some(Event::Hit(row)) = session.step(&click(742, rig(half_m - 2e-3))) else {
+    let inside_m = 0.5 * (targets.width_m - targets.cursor_diameter_m);
+    let mut click = |tick, task_m: f64| (session.click(tick, task_m / 3.0, 4), session.targets());
+    assert_eq!(click(1, half_m).0, Some(Event::Missed));
+    assert_eq!(click(10, -half_m + inside_m - 1e-9).0, Some(Event::Started));
+    assert_eq!(click(500, half_m + inside_m + 3e-4).0, Some(Event::Missed));
+    let (Some(Event::Hit(row)), back) = click(742, half_m - 2e-3) else {
         panic!("inside")
     };
     assert_eq!(
         (row.errors, row.trial, row.direction, row.scene_revision),
         (1, 1, Some(1), Some(4))
     );
+    assert!((row.error_size_m.expect("a size") - 3e-4).abs() < 1e-12, "{row:?}");
     assert!(
         (row.movement_time_s - 0.732).abs() < 1e-12 && (row.end_error_m + 2e-3).abs() < 1e-12,
         "{row:?}"
     );
     // The stroke back: an end further to the negative side is overshoot.
-    assert_eq!(session.view().target_m, Some(-half_m));
-    assert_eq!(
-        session.step(&click(742, rig(half_m))),
-        None,
-        "the same click, reported twice"
-    );
-    let Some(Event::Hit(row)) = session.step(&click(1500, rig(-half_m - 1e-3))) else {
+    assert_eq!(back.map(|targets| targets.active_m), Some(-half_m));
+    assert_eq!(click(742, half_m).0, None, "the same click, reported twice");
+    let (Some(Event::Hit(row)), _) = click(1500, -half_m - 1e-3) else {
         panic!("inside")
     };
     assert!(
         (row.end_error_m - 1e-3).abs() < 1e-12 && row.errors == 0 && row.start_tick == Some(742),
         "{row:?}"
     );
-    assert_eq!(session.view().phase, Phase::Ready);
+    assert_eq!(session.phase(), Phase::Ready);
 }
 
 /// What a subject does in a tick.
@@ -160,14 +123,13 @@ enum SubjectAction {
     Pause,
     Hit,
     Miss,
-    Wait,
     /// The program ends, and another one continues with the rows.
     Restart,
 }
 
 fn actions() -> impl Strategy<Value = Vec<SubjectAction>> {
     let action = prop_oneof![
-        4 => Just(SubjectAction::Begin), 1 => Just(SubjectAction::Pause), 8 => Just(SubjectAction::Hit), 2 => Just(SubjectAction::Miss), 1 => Just(SubjectAction::Wait),
+        4 => Just(SubjectAction::Begin), 1 => Just(SubjectAction::Pause), 8 => Just(SubjectAction::Hit), 2 => Just(SubjectAction::Miss),
         1 => Just(SubjectAction::Restart),
     ];
     prop::collection::vec(action, 0..120)
@@ -179,7 +141,7 @@ fn rows(plan: &FittsPlan, actions: &[SubjectAction]) -> ([Vec<FittsTrial>; 2], u
     let (mut rows, mut misses) = ([Vec::new(), Vec::new()], 0);
     for (tick, action) in (1..).zip(actions) {
         let is_practice = session.segment().is_some_and(|segment| segment.is_practice);
-        let target_m = session.view().target_m;
+        let target_m = session.targets().map(|targets| targets.active_m);
         let event = match action {
             SubjectAction::Begin => {
                 session.begin();
@@ -189,12 +151,8 @@ fn rows(plan: &FittsPlan, actions: &[SubjectAction]) -> ([Vec<FittsTrial>; 2], u
                 session.pause();
                 None
             }
-            SubjectAction::Hit => session.step(&click(tick, target_m.unwrap_or_default() / 3.0)),
-            SubjectAction::Miss => session.step(&click(tick, 0.0)),
-            SubjectAction::Wait => session.step(&Sample {
-                clicked: false,
-                ..click(tick, 0.0)
-            }),
+            SubjectAction::Hit => session.click(tick, target_m.unwrap_or_default() / 3.0, 4),
+            SubjectAction::Miss => session.click(tick, 0.0, 4),
             SubjectAction::Restart => {
                 session = super::tests::session(plan);
                 session.resume(&rows[0], &rows[1]).expect("its own rows");
@@ -203,7 +161,7 @@ fn rows(plan: &FittsPlan, actions: &[SubjectAction]) -> ([Vec<FittsTrial>; 2], u
         };
         match event {
             Some(Event::Hit(row)) => rows[usize::from(!is_practice)].push(*row),
-            Some(Event::Missed { .. }) => misses += usize::from(session.view().phase == Phase::Trial),
+            Some(Event::Missed) => misses += usize::from(session.phase() == Phase::Trial),
             _ => {}
         }
     }
@@ -260,7 +218,7 @@ fn rows_of_another_study_are_not_gone_on_with() {
     );
     let mut same = session(&plan);
     same.resume(&practice, &trials).expect("its own rows");
-    assert_eq!(same.view().phase, Phase::Finished);
+    assert_eq!(same.phase(), Phase::Finished);
     let more = [trials.clone(), trials].concat();
     let error = session(&plan)
         .resume(&practice, &more)

@@ -13,16 +13,14 @@ mod rig;
 
 pub use rig::{PERIOD_S, setup};
 
-use super::fitts::Segment;
-use super::plan::{PerceptionPlan, Resistance, RigMapping};
+use super::plan::{MountedBlock, PerceptionPlan};
 use super::random::{Purpose, Random};
-use super::session::{FinishedTrial, News, Phase, Session, Settings, Task};
+use super::session::{FinishedTrial, News, Phase, Session, Task};
 use super::subject::Subject;
-use super::trial::Operator;
 use feel::{Sensation, Strokes};
 use haptic_core::{Scene, SceneError};
 use reach::Reach;
-use rig::{Load, Rig};
+use rig::Rig;
 
 /// Longest time of a trial, s: an operator with these constants does not hit the target.
 const MAX_TRIAL_S: f64 = 60.0;
@@ -53,32 +51,10 @@ pub enum OperatorError {
     },
 }
 
-/// What a resistance mounts on the rig.
-fn mounted(resistance: &Resistance) -> Load {
-    resistance.mounted.as_ref().map_or_else(Load::default, |mounted| Load {
-        mass_kg: mounted.mass_kg,
-        static_n: mounted.static_force_n,
-        dynamic_n: mounted.dynamic_force_n,
-    })
-}
-
 /// Time of the rig that a trial of a perception test takes, s: it engages, and renders two surfaces, each after a gap.
 #[must_use]
 pub fn trial_s(plan: &PerceptionPlan) -> f64 {
     rig::ENGAGED_S + 2.0 * (plan.gap_s + plan.interval_s)
-}
-
-/// A session of a simulated operator that continues where the task is, without files.
-#[must_use]
-pub fn session(task: Task, subject: &Subject) -> Session {
-    let settings = Settings {
-        operator: Operator::Simulated,
-        period_s: PERIOD_S,
-        click_buttons: 0,
-        servo: Some(setup()),
-        voided: 0,
-    };
-    Session::new(task, subject, settings)
 }
 
 /// Does what comes next: the segment of the targeting task that the session is at, from its beginning, or a trial of
@@ -114,11 +90,15 @@ fn run_segment(
     subject: &Subject,
     done: &mut impl FnMut(FinishedTrial) -> bool,
 ) -> Result<(), OperatorError> {
-    let Some((number, mapping, segment)) = at_segment(session) else {
+    let Task::Fitts(task) = session.task() else {
+        return Ok(());
+    };
+    let ((number, _), mapping) = (task.place(), task.mapping());
+    let Some(segment) = task.segment().cloned() else {
         return Ok(());
     };
     let start_m = mapping.rig_m(-0.5 * segment.condition.amplitude_m);
-    let mut rig = Rig::new(scene, mounted(&segment.resistance), start_m)?;
+    let mut rig = Rig::new(scene, segment.resistance.mounted.unwrap_or_default(), start_m)?;
     session.rendered(rig.revision(), 0);
     let random = Random::new(seed, subject.number, Purpose::Noise, number as u64);
     let mut operator = Reach::new(mapping, start_m, random);
@@ -126,7 +106,7 @@ fn run_segment(
     while let Task::Fitts(task) = session.task()
         && task.place().0 == number
     {
-        let (force_n, clicked) = operator.tick(&rig, &task.view());
+        let (force_n, clicked) = operator.tick(&rig, task.targets());
         let row = rig.tick(force_n);
         session.row(&row);
         if clicked {
@@ -140,25 +120,15 @@ fn run_segment(
             }
         }
         if f64::from(ticks) * PERIOD_S > MAX_TRIAL_S {
-            return Err(no_hit(subject, &segment));
+            return Err(OperatorError::NoHit {
+                subject: subject.code.clone(),
+                block: segment.block,
+                resistance: segment.resistance.name,
+                condition: segment.condition.name,
+            });
         }
     }
     Ok(())
-}
-
-/// The segment that a session is at, with its number.
-fn at_segment(session: &Session) -> Option<(usize, RigMapping, Segment)> {
-    let Task::Fitts(task) = session.task() else { return None };
-    Some((task.place().0, task.mapping(), task.segment()?.clone()))
-}
-
-fn no_hit(subject: &Subject, segment: &Segment) -> OperatorError {
-    OperatorError::NoHit {
-        subject: subject.code.clone(),
-        block: segment.block,
-        resistance: segment.resistance.name.clone(),
-        condition: segment.condition.name.clone(),
-    }
 }
 
 fn run_trial(
@@ -172,7 +142,7 @@ fn run_trial(
         return Ok(());
     };
     let (number, _) = task.progress();
-    let mut rig = Rig::new(base, Load::default(), 0.0)?;
+    let mut rig = Rig::new(base, MountedBlock::default(), 0.0)?;
     session.rendered(rig.revision(), 0);
     let random = Random::new(seed, subject.number, Purpose::Noise, number as u64);
     let mut strokes = Strokes::new(random);

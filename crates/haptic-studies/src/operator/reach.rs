@@ -2,7 +2,7 @@
 
 use super::hand::Hand;
 use super::rig::{PERIOD_S, Rig};
-use crate::fitts::View;
+use crate::fitts::Targets;
 use crate::plan::RigMapping;
 use crate::random::Random;
 
@@ -27,6 +27,7 @@ pub(super) struct Reach {
     mapping: RigMapping,
     hand: Hand,
     random: Random,
+    /// Centre of the target that was seen last, m of the task.
     target_m: Option<f64>,
     /// Time until what is seen makes a difference, s.
     looks_s: f64,
@@ -45,24 +46,25 @@ impl Reach {
     }
 
     /// The force on the handle in the next tick, N, and whether there is a click.
-    pub(super) fn tick(&mut self, rig: &Rig, view: &View) -> (f64, bool) {
-        if view.target_m != self.target_m {
-            self.target_m = view.target_m;
+    pub(super) fn tick(&mut self, rig: &Rig, targets: Option<Targets>) -> (f64, bool) {
+        let target_m = targets.map(|targets| targets.active_m);
+        if target_m != self.target_m {
+            self.target_m = target_m;
             self.looks_s = DELAY_S;
         }
-        let clicked = self.hand.is_at_rest() && self.target_m.is_some_and(|target_m| self.decide(rig, target_m, view));
+        let clicked = self.hand.is_at_rest() && targets.is_some_and(|targets| self.decide(rig, &targets));
         (self.hand.force_n(rig), clicked)
     }
 
     /// Decides what to do; whether that is a click.
-    fn decide(&mut self, rig: &Rig, target_m: f64, view: &View) -> bool {
+    fn decide(&mut self, rig: &Rig, targets: &Targets) -> bool {
         self.looks_s -= PERIOD_S;
         if self.looks_s > 0.0 {
             return false;
         }
         self.looks_s = DELAY_S;
-        let distance_m = target_m - self.mapping.task_m(rig.position_m());
-        let margin_m = 0.5 * (view.width_m - view.cursor_diameter_m);
+        let distance_m = targets.active_m - self.mapping.task_m(rig.position_m());
+        let margin_m = 0.5 * (targets.width_m - targets.cursor_diameter_m);
         if distance_m.abs() <= SURELY_INSIDE * margin_m {
             return true;
         }

@@ -2,6 +2,7 @@
 //! machine computes.
 
 use super::hand;
+use crate::plan::MountedBlock;
 use device_io::fake::{Hand, Plant, RigProperties};
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
@@ -23,17 +24,6 @@ const ENGAGE_TICK: u32 = 300;
 const RAMP_S: f64 = 0.2;
 /// Time until it is engaged, s.
 pub(super) const ENGAGED_S: f64 = (ENGAGE_TICK + 1) as f64 * PERIOD_S + RAMP_S;
-
-/// What a hand moves beside itself.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Load {
-    /// Mass, kg.
-    pub(super) mass_kg: f64,
-    /// Force that sets it in motion, N.
-    pub(super) static_n: f64,
-    /// Friction of its motion, N.
-    pub(super) dynamic_n: f64,
-}
 
 /// The daemon's usual settings.
 #[must_use]
@@ -84,15 +74,15 @@ impl Rig {
     ///
     /// # Errors
     /// The scene cannot be rendered.
-    pub(super) fn new(scene: &Scene, mounted: Load, origin_m: f64) -> Result<Self, SceneError> {
+    pub(super) fn new(scene: &Scene, mounted: MountedBlock, origin_m: f64) -> Result<Self, SceneError> {
         let setup = setup();
         let renderer = Renderer::new(scene, setup.scheme, PERIOD_S)?;
         let bare = RigProperties::default();
-        let friction_n = bare.friction_n + mounted.dynamic_n;
+        let friction_n = bare.friction_n + mounted.dynamic_force_n;
         let properties = RigProperties {
             mass_kg: bare.mass_kg + mounted.mass_kg + hand::MASS_KG,
             friction_n,
-            breakaway_ratio: (bare.friction_n + mounted.static_n) / friction_n,
+            breakaway_ratio: (bare.friction_n + mounted.static_force_n) / friction_n,
             ..bare
         };
         Ok(Self {

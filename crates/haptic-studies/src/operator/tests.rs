@@ -1,24 +1,11 @@
-use super::super::plan::{self, FittsPlan, PerceptionPlan, Plan};
-use super::super::session::{Ticks, TrialRow};
-use super::super::trial::{Case, FittsTrial};
+use super::super::plan::Plan;
+use super::super::session::{Settings, Ticks, TrialRow};
+use super::super::small_plans::{fitts_plan, perception_plan};
+use super::super::trial::{Case, FittsTrial, Operator};
 use super::*;
 use haptic_ipc::Sample;
 use haptic_lab::replay::replay;
 use haptic_recording::{Entry, Mark, Metadata};
-
-fn fitts_plan() -> FittsPlan {
-    let Ok(Plan::Fitts(plan)) = Plan::read(plan::Task::Fitts.built_in_plan()) else {
-        panic!("a plan")
-    };
-    plan
-}
-
-fn perception_plan() -> PerceptionPlan {
-    let Ok(Plan::Perception(plan)) = Plan::read(plan::Task::Perception.built_in_plan()) else {
-        panic!("a plan")
-    };
-    plan
-}
 
 /// The trials of one segment under a resistance, in a condition, each with its ticks.
 fn segment(resistance: &str, condition: &str) -> Vec<(FittsTrial, Ticks)> {
@@ -42,7 +29,15 @@ fn segment(resistance: &str, condition: &str) -> Vec<(FittsTrial, Ticks)> {
 }
 
 fn new_session(plan: &Plan, subject: &Subject) -> Session {
-    session(Task::new(plan, 1, subject, Operator::Simulated, PERIOD_S), subject)
+    let settings = Settings {
+        operator: Operator::Simulated,
+        period_s: PERIOD_S,
+        click_buttons: 0,
+        servo: Some(setup()),
+        voided: 0,
+    };
+    let task = Task::new(plan, 1, subject, Operator::Simulated, PERIOD_S);
+    Session::new(task, subject, settings)
 }
 
 fn mean_s(trials: &[(FittsTrial, Ticks)]) -> f64 {

@@ -1,19 +1,12 @@
-use super::super::plan::{Plan, Task};
+use super::super::small_plans::perception_plan;
 use super::super::trial::Method;
 use super::*;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 
-fn plan() -> PerceptionPlan {
-    let Ok(Plan::Perception(plan)) = Plan::read(Task::Perception.built_in_plan()) else {
-        panic!("a plan")
-    };
-    plan
-}
-
 /// Three levels three times each, and a staircase of at most twelve trials.
 fn small() -> PerceptionPlan {
-    let mut plan = plan();
+    let mut plan = perception_plan();
     for test in &mut plan.tests {
         if let Some(constant) = &mut test.constant {
             constant.levels_n.truncate(3);
@@ -33,7 +26,7 @@ fn session(plan: &PerceptionPlan) -> PerceptionSession {
 /// Goes through the intervals of a trial to its question; returns the tick.
 fn to_question(session: &mut PerceptionSession, mut tick: u64) -> u64 {
     session.begin(tick);
-    while session.prompt() != Prompt::Question {
+    while session.phase() != Phase::Question {
         tick += 1;
         session.step(tick);
     }
@@ -59,7 +52,7 @@ fn rows(plan: &PerceptionPlan, answers: impl Fn(usize) -> bool) -> Vec<Perceptio
         rows.push(session.answer(answer, tick + 400).expect("a question is open"));
         tick += 1000;
     }
-    assert_eq!(session.prompt(), Prompt::Finished);
+    assert_eq!(session.phase(), Phase::Finished);
     rows
 }
 
@@ -70,25 +63,23 @@ fn a_trial_is_two_intervals_by_ticks_and_an_answer() {
     session.begin(100);
     for tick in 100..7200 {
         session.step(tick);
-        let prompt = session.prompt();
-        if seen.last().is_none_or(|(_, last)| *last != prompt) {
-            seen.push((tick, prompt));
+        let phase = session.phase();
+        if seen.last().is_none_or(|(_, last)| *last != phase) {
+            seen.push((tick, phase));
         }
     }
-    use Prompt::{Feel, Question, Wait};
+    use Phase::{Feel, Gap, Question};
     assert_eq!(
         seen,
         [
-            (100, Wait),
+            (100, Gap(1)),
             (600, Feel(1)),
-            (3600, Wait),
+            (3600, Gap(2)),
             (4100, Feel(2)),
             (7100, Question)
         ]
     );
-    let row = session
-        .answer(Answer::of_key("2").expect("a key"), 7350)
-        .expect("a question is open");
+    let row = session.answer(Answer::Second, 7350).expect("a question is open");
     assert_eq!((row.answer, row.start_tick, row.end_tick), (2, Some(600), Some(7350)));
     assert_eq!(row.response_time_s, Some(0.25));
     assert_eq!(session.answer(Answer::First, 7400), None, "no question is open");
@@ -98,7 +89,7 @@ fn a_trial_is_two_intervals_by_ticks_and_an_answer() {
 fn the_rig_gets_the_surface_and_a_pause_does_the_trial_again() {
     let mut session = session(&small());
     let upcoming = session.upcoming().expect("a trial");
-    assert!(upcoming.is_practice && session.surface().is_none());
+    assert!(upcoming.is_practice && session.surface().as_ref() == Some(&session.plan.base));
     session.begin(0);
     let first = session.surface().expect("a surface");
     assert_eq!(first != session.plan.base, upcoming.comparison_first);
@@ -107,7 +98,7 @@ fn the_rig_gets_the_surface_and_a_pause_does_the_trial_again() {
     let second = session.surface().expect("a surface");
     assert_eq!(second != session.plan.base, !upcoming.comparison_first);
     session.pause();
-    assert_eq!(session.prompt(), Prompt::Ready { rest_s: 0.0 });
+    assert_eq!((session.phase(), session.rest_s()), (Phase::Ready, 0.0));
     assert_eq!(session.upcoming(), Some(upcoming));
 }
 
@@ -134,7 +125,7 @@ fn constant_stimuli_come_equally_often_in_every_case() {
 /// third reversal, before its twenty trials.
 #[test]
 fn a_staircase_follows_its_rule_and_ends_at_trials_or_reversals() {
-    let mut plan = plan();
+    let mut plan = perception_plan();
     plan.practice_trials = 0;
     plan.tests.retain(|test| test.case == Case::B);
     let rule = plan.tests[0].staircase.as_mut().expect("a staircase");

@@ -2,19 +2,15 @@ mod files;
 
 use super::super::perception::Answer;
 use super::super::plan::Plan;
-use super::super::session::{Feedback, Instruction, Phase};
+use super::super::session::{Feedback, Frame, Instruction, Phase};
 use super::super::small_plans::{small_fitts, small_perception};
-use super::super::store::{StoreError, StudyDescription, trials};
+use super::super::store::{StudyDescription, trials};
 use super::super::subject_table::SubjectTable;
 use super::super::trial::{FittsTrial, Operator, PerceptionTrial};
 use super::*;
+use haptic_core::Scene;
 use haptic_ipc::{RigState, Sample, SamplesEvent};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
-
-/// The folder in which this test program, started again, does a study until it is killed.
-const FOLDER: &str = "HAPTICD_TEST_STUDY";
 
 fn rig() -> RigDescription {
     RigDescription {
@@ -30,22 +26,9 @@ fn rig() -> RigDescription {
 /// Makes a study for people with one subject.
 fn make(folder: &Path, text: &str) {
     let plan = Plan::read(text).expect("a plan");
-    let about = StudyDescription::people(&plan, text, 1, vec!["P7".to_owned()]);
-    drop(Study::create(folder, text, &about).expect("created"));
-}
-
-/// Opens a study once no child that another test has just begun holds this process's locks: it does until it is another
-/// program.
-fn when_free<T>(open: impl Fn() -> Result<T, PersonError>) -> Result<T, PersonError> {
-    let began = Instant::now();
-    loop {
-        match open() {
-            Err(PersonError::Store(StoreError::Locked(_))) if began.elapsed() < Duration::from_secs(60) => {
-                std::thread::yield_now();
-            }
-            opened => return opened,
-        }
-    }
+    let subjects = SubjectTable::of_codes(&["P7".to_owned()]);
+    let about = StudyDescription::people(&plan, text, 1, &subjects);
+    drop(Study::create(folder, text, &about, &subjects).expect("created"));
 }
 
 /// A daemon, a rig and a person, tick by tick.
@@ -63,7 +46,7 @@ struct Person {
 
 impl Person {
     fn new(folder: &Path) -> Self {
-        let session = when_free(|| PersonSession::open(folder, "P7", rig())).expect("opened");
+        let session = PersonSession::open(folder, "P7", rig()).expect("opened");
         Self {
             session,
             tick: 100,
@@ -102,7 +85,7 @@ impl Person {
     }
 
     fn listen(&mut self) {
-        self.session_events.extend(self.session.wait().expect("kept"));
+        self.session_events.extend(self.session.keep().expect("kept"));
     }
 
     fn ticks(&mut self, count: u32) {
@@ -142,12 +125,6 @@ impl Person {
         self.listen();
     }
 
-    /// Lets the disk come to its end first.
-    fn end_after_listening(mut self) -> Vec<SessionEvent> {
-        self.listen();
-        self.end()
-    }
-
     /// Ends the program: another one continues.
     fn end(self) -> Vec<SessionEvent> {
         self.session.close().expect("closed");
@@ -158,16 +135,6 @@ impl Person {
         let kept = |event: &&SessionEvent| matches!(event, SessionEvent::Kept(_));
         self.session_events.iter().filter(kept).count()
     }
-}
-
-/// Does all targets that are left.
-fn do_targets(folder: &Path) {
-    let mut person = Person::new(folder);
-    while person.phase() != Phase::Done {
-        person.find_target();
-        person.click();
-    }
-    person.end();
 }
 
 fn a_folder() -> (tempfile::TempDir, PathBuf) {
@@ -196,21 +163,30 @@ fn a_person_goes_on_after_any_end_and_two_programs_cannot_fight() {
         }
         done += person.kept();
         assert_eq!(person.session.view().done, done);
-        if person.end().contains(&SessionEvent::Finished) {
+        let events = person.end();
+        let study = Study::open(&folder).expect("opened");
+        let subject = study.subject_of("P7").expect("a subject");
+        assert_eq!(study.progress(&subject).expect("read"), (done, Some(14)));
+        if events.contains(&SessionEvent::Finished) {
             break;
         }
     }
     // Practice, the baseline and two resistances in two conditions, of two trials each.
     assert_eq!(done, 2 + 3 * 2 * 2);
-    assert!(folder.join("trials.parquet").exists());
+    let all = folder.join("trials.parquet");
+    let bytes = std::fs::read(&all).expect("it is there");
     let rows = trials::<FittsTrial>(&folder).expect("read");
     assert!(
         rows.iter()
             .all(|row| row.operator == Some(Operator::Human) && row.subject == "P7")
     );
-    let again = Person::new(&folder);
+    // As if the program had been killed after the last row.
+    std::fs::remove_file(&all).expect("removed");
+    let mut again = Person::new(&folder);
     assert_eq!(again.phase(), Phase::Done);
-    again.end();
+    again.listen();
+    assert_eq!(again.end(), [SessionEvent::Finished]);
+    assert_eq!(std::fs::read(&all).expect("it is there again"), bytes);
     let unknown = PersonSession::open(&folder, "P8", rig())
         .expect_err("a stranger")
         .to_string();
@@ -407,77 +383,6 @@ fn a_surface_that_is_late_makes_the_gap_longer() {
     assert_eq!(person.phase(), Phase::Paused);
 }
 
-/// Not a test: what the next one starts, and kills.
-#[test]
-#[ignore = "the next test starts it"]
-fn a_person_at_a_study() {
-    if let Some(folder) = std::env::var_os(FOLDER) {
-        do_targets(Path::new(&folder));
-    }
-}
-
-/// Bytes of the rows of a person's study.
-fn bytes(folder: &Path) -> u64 {
-    let files = ["practice", "data"].map(|kind| {
-        folder.join(format!(
-            "data/subject-P7/session-01/subject-P7_session-01_task-fitts_{kind}.csv"
-        ))
-    });
-    let length = |path: PathBuf| std::fs::metadata(path).map_or(0, |file| file.len());
-    files.into_iter().map(length).sum()
-}
-
-/// The rows of a study, without what depends on when the program was started.
-fn timeless(folder: &Path) -> Vec<FittsTrial> {
-    let timeless = |row: FittsTrial| FittsTrial {
-        start_tick: None,
-        end_tick: None,
-        scene_revision: None,
-        ..row
-    };
-    trials(folder).expect("read").into_iter().map(timeless).collect()
-}
-
-#[test]
-fn killed_study_of_a_person_resumes_at_the_same_trial() {
-    let (_parent, folder) = a_folder();
-    make(&folder, &small_fitts());
-    let whole = folder.with_file_name("whole");
-    make(&whole, &small_fitts());
-    do_targets(&whole);
-    let mut random = fastrand::Rng::with_seed(1);
-    let mut moments: Vec<f64> = (0..test_run::extent(4, 50)).map(|_| random.f64()).collect();
-    moments.sort_by(f64::total_cmp);
-    for share in moments {
-        let mut program = Command::new(std::env::current_exe().expect("this program"))
-            .args(["--exact", "person::tests::a_person_at_a_study", "--ignored"])
-            .env(FOLDER, &folder)
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("it starts");
-        #[expect(clippy::cast_precision_loss, reason = "bytes of some rows")]
-        while (bytes(&folder) as f64) < share * bytes(&whole) as f64 && program.try_wait().expect("a state").is_none() {
-            std::thread::yield_now();
-        }
-        let before = trials::<FittsTrial>(&folder).expect("whole rows");
-        program.kill().expect("killed");
-        program.wait().expect("ended");
-        let after = trials::<FittsTrial>(&folder).expect("whole rows");
-        assert!(after.starts_with(&before), "a row is gone");
-    }
-    do_targets(&folder);
-    assert_eq!(timeless(&folder), timeless(&whole));
-    for row in trials::<FittsTrial>(&folder).expect("read") {
-        let (_, ticks) = recording_of(&folder, row.recording.as_deref());
-        assert_eq!(
-            ticks.last().map(|tick| tick.tick),
-            row.end_tick,
-            "the recording is that of the row"
-        );
-    }
-}
-
 #[test]
 fn people_and_models_are_refused_each_others_studies() {
     let (_parent, folder) = a_folder();
@@ -485,7 +390,7 @@ fn people_and_models_are_refused_each_others_studies() {
     let plan = Plan::read(&text).expect("a plan");
     let one = SubjectTable::of_codes(&["01".to_owned()]);
     let about = StudyDescription::simulated(&plan, &text, 1, &one, false);
-    drop(Study::create(&folder, &text, &about).expect("created"));
+    drop(Study::create(&folder, &text, &about, &one).expect("created"));
     let error = PersonSession::open(&folder, "01", rig())
         .expect_err("a model's")
         .to_string();
@@ -495,5 +400,5 @@ fn people_and_models_are_refused_each_others_studies() {
     let study = Study::open(&people).expect("opened");
     let error = super::super::run::run(&study, 1, &Default::default()).expect_err("people's");
     assert!(error.to_string().starts_with("people do this study"), "{error}");
-    assert_eq!(bytes(&people), 0);
+    assert!(!people.join("data").exists());
 }

@@ -119,7 +119,7 @@ impl Resistance {
 }
 
 /// A real block on a real surface, mounted on the handle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MountedBlock {
     /// Mass of the block, kg (>= 0).
@@ -158,11 +158,8 @@ impl FittsPlan {
             "conditions",
             self.conditions.iter().map(|condition| condition.name.as_str()),
         )?;
-        names(
-            "resistances",
-            self.resistances.iter().map(|resistance| resistance.name.as_str()),
-        )?;
         let known: Vec<&str> = self.resistances.iter().map(|one| one.name.as_str()).collect();
+        names("resistances", known.iter().copied())?;
         if !known.contains(&self.baseline.as_str()) {
             return Err(PlanError::NoBaseline {
                 name: self.baseline.clone(),

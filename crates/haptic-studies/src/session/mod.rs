@@ -10,7 +10,7 @@
 //!
 //! The caller gives it every tick ([`row`](Session::row)), clicks and answers with the tick at which they came,
 //! renders the scenes that it asks for ([`take_scene`](Session::take_scene), [`rendered`](Session::rendered)), shows
-//! its [`View`], and puts what becomes final on the disk ([`take_news`](Session::take_news)) before it continues.
+//! its [`View`], and puts what becomes final on the disk ([`take_news`](Session::take_news)) before the next batch of ticks.
 
 use crate::trial::{FittsTrial, Operator, PerceptionTrial, VoidedTrial};
 mod active_scene;
@@ -22,9 +22,10 @@ mod view;
 pub use stage::Interruption;
 pub use task::Task;
 pub use ticks::{Frame, Ticks};
-pub use view::{Feedback, Instruction, Phase, Targets, View};
+pub use view::{Feedback, Instruction, Phase, View};
 
-use super::fitts::{self, Event};
+use super::fitts::Event;
+pub use super::fitts::Targets;
 use super::perception::Answer;
 use super::subject::Subject;
 use active_scene::ActiveScene;
@@ -33,7 +34,7 @@ use haptic_ipc::{RigState, Sample, ServoSetup};
 use haptic_recording::Mark;
 use stage::{Stage, stages};
 use std::collections::VecDeque;
-use ticks::{Frames, RecentTicks, buttons};
+use ticks::{RecentTicks, buttons};
 
 /// A longer trial is void, s: a person has turned away, and its recording would fill the memory.
 const MAX_TRIAL_S: f64 = 120.0;
@@ -81,7 +82,8 @@ pub struct Session {
     active: ActiveScene,
     recent: RecentTicks,
     ticks: Option<Ticks>,
-    frames: Frames,
+    /// The frames of the trial under way.
+    frames: Vec<Frame>,
     /// And for how many ticks more.
     feedback: Option<(Feedback, f64)>,
     news: VecDeque<News>,
@@ -106,7 +108,7 @@ impl Session {
             active: ActiveScene::Unknown,
             recent: RecentTicks::default(),
             ticks: None,
-            frames: Frames::default(),
+            frames: Vec::new(),
             feedback: None,
             news: VecDeque::new(),
             reported: None,
@@ -175,16 +177,6 @@ impl Session {
             done,
             of,
             feedback: self.feedback.map(|(feedback, _)| feedback),
-        }
-    }
-
-    /// Where the cursor is, m of the task, with the handle at a position, m; none in the perception tests, which have
-    /// no cursor.
-    #[must_use]
-    pub fn cursor_m(&self, position_m: f64) -> Option<f64> {
-        match &self.task {
-            Task::Fitts(task) => Some(task.mapping().task_m(position_m)),
-            Task::Perception(_) => None,
         }
     }
 
@@ -313,7 +305,7 @@ impl Session {
         }
     }
 
-    /// Takes what the caller shall put on the disk, oldest first. Give no more ticks before it is there.
+    /// Takes what the caller shall put on the disk, oldest first. Give no other batch of ticks before it is there.
     pub fn take_news(&mut self) -> Option<News> {
         let waits = self.open_reason.is_some() && matches!(self.news.front(), Some(News::Voided(_)));
         if waits { None } else { self.news.pop_front() }
@@ -424,25 +416,20 @@ impl Session {
     fn click_in(&mut self, tick: u64) {
         let Task::Fitts(task) = &mut self.task else { return };
         let Some(row) = self.recent.at(tick) else { return };
-        let sample = fitts::Sample {
-            tick: row.tick,
-            position_m: row.device_position_m,
-            revision: row.revision,
-            clicked: true,
-        };
+        let tick = row.tick;
         let is_practice = task.segment().is_some_and(|segment| segment.is_practice);
-        let feedback = match task.step(&sample) {
+        let feedback = match task.click(tick, row.device_position_m, row.revision) {
             None => return,
-            Some(Event::Missed { .. }) => Feedback::Missed,
+            Some(Event::Missed) => Feedback::Missed,
             Some(Event::Started) => {
                 self.frames.clear();
                 Feedback::Hit
             }
             Some(Event::Hit(mut trial)) => {
                 trial.voided = self.settings.voided;
-                (trial.cursor_latency_s, trial.cursor_latency_p95_s) = self.frames.median_and_p95_s();
-                trial.frame_rate_hz = self.frames.rate_hz();
-                self.finish(TrialRow::Fitts(trial), is_practice, sample.tick);
+                (trial.cursor_latency_s, trial.cursor_latency_p95_s) = Frame::median_and_p95_s(&self.frames);
+                trial.frame_rate_hz = Frame::rate_hz(&self.frames);
+                self.finish(TrialRow::Fitts(trial), is_practice, tick);
                 Feedback::Hit
             }
         };

@@ -1,7 +1,7 @@
 //! The two tasks behind one face.
 
 use super::super::fitts::{self, FittsSession};
-use super::super::perception::{PerceptionSession, Prompt};
+use super::super::perception::{self, PerceptionSession};
 use super::super::plan::Plan;
 use super::super::subject::Subject;
 use super::super::trial::Operator;
@@ -36,22 +36,22 @@ impl Task {
     /// Whether a trial is under way: an attempt that can be voided.
     pub(super) fn is_in_trial(&self) -> bool {
         match self {
-            Self::Fitts(task) => task.view().phase == fitts::Phase::Trial,
-            Self::Perception(task) => !matches!(task.prompt(), Prompt::Ready { .. } | Prompt::Finished),
+            Self::Fitts(task) => task.phase() == fitts::Phase::Trial,
+            Self::Perception(task) => !matches!(task.phase(), perception::Phase::Ready | perception::Phase::Finished),
         }
     }
 
     /// Whether it waits for [`begin`](Self::begin).
     pub(super) fn is_ready(&self) -> bool {
         match self {
-            Self::Fitts(task) => task.view().phase == fitts::Phase::Ready,
-            Self::Perception(task) => matches!(task.prompt(), Prompt::Ready { .. }),
+            Self::Fitts(task) => task.phase() == fitts::Phase::Ready,
+            Self::Perception(task) => task.phase() == perception::Phase::Ready,
         }
     }
 
     /// Whether the surface of the next interval may still be on its way to the rig.
     pub(super) fn is_between_surfaces(&self) -> bool {
-        matches!(self, Self::Perception(task) if task.prompt() == Prompt::Wait)
+        matches!(self, Self::Perception(task) if matches!(task.phase(), perception::Phase::Gap(_)))
     }
 
     /// Whether the trial that is done now, or next, is for practice.
@@ -67,10 +67,7 @@ impl Task {
     pub(super) fn scene(&self) -> Option<Scene> {
         match self {
             Self::Fitts(task) => task.segment().map(|segment| segment.resistance.rendered()),
-            Self::Perception(task) => {
-                let surface = || task.surface().unwrap_or_else(|| task.base().clone());
-                task.upcoming().map(|_| surface())
-            }
+            Self::Perception(task) => task.surface(),
         }
     }
 
@@ -84,11 +81,8 @@ impl Task {
     /// Length of the break before what comes next, s; 0 where there is none.
     pub(super) fn rest_s(&self) -> f64 {
         match self {
-            Self::Fitts(task) => task.view().rest_s,
-            Self::Perception(task) => match task.prompt() {
-                Prompt::Ready { rest_s } => rest_s,
-                _ => 0.0,
-            },
+            Self::Fitts(task) => task.rest_s(),
+            Self::Perception(task) => task.rest_s(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! What the subject's screen shows. Nothing here shows what is rendered, nor how a trial is named.
 
-use super::super::fitts;
-use super::super::perception::Prompt;
+use super::super::fitts::Targets;
+use super::super::perception;
 use super::task::Task;
 
 /// What the subject's screen shows.
@@ -52,12 +52,12 @@ impl Phase {
     /// Where a subject is whose task runs.
     pub(super) fn of(task: &Task) -> Self {
         match task {
-            Task::Fitts(task) => Targets::of(&task.view()).map_or(Self::GetReady, Self::Targets),
-            Task::Perception(task) => match task.prompt() {
-                Prompt::Ready { .. } | Prompt::Finished => Self::GetReady,
-                Prompt::Wait => Self::Wait,
-                Prompt::Feel(interval) => Self::Feel(interval),
-                Prompt::Question => Self::Question,
+            Task::Fitts(task) => task.targets().map_or(Self::GetReady, Self::Targets),
+            Task::Perception(task) => match task.phase() {
+                perception::Phase::Ready | perception::Phase::Finished => Self::GetReady,
+                perception::Phase::Gap(_) => Self::Wait,
+                perception::Phase::Feel(interval) => Self::Feel(interval),
+                perception::Phase::Question => Self::Question,
             },
         }
     }
@@ -70,33 +70,6 @@ pub enum Instruction {
     Practice,
     /// The trials that count.
     Trials,
-}
-
-/// Two targets, left and right of the middle of the task; lengths in m of the task.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Targets {
-    /// Centre of the active target.
-    pub active_m: f64,
-    /// Centre of the other target.
-    pub other_m: f64,
-    /// Width of the targets.
-    pub width_m: f64,
-    /// Diameter of the cursor.
-    pub cursor_diameter_m: f64,
-    /// Whether the active target is the one that a segment starts from: its click is not a trial.
-    pub is_start: bool,
-}
-
-impl Targets {
-    fn of(view: &fitts::View) -> Option<Self> {
-        view.target_m.map(|active_m| Self {
-            active_m,
-            other_m: -active_m,
-            width_m: view.width_m,
-            cursor_diameter_m: view.cursor_diameter_m,
-            is_start: view.phase == fitts::Phase::Start,
-        })
-    }
 }
 
 /// What came of a click or an answer.

@@ -1,16 +1,26 @@
 //! Files that are on the disk when a call returns.
 
 use super::error::StoreError;
+use std::error::Error;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
 
 /// Names the file of an error.
-pub(super) fn at(path: &Path) -> impl Fn(io::Error) -> StoreError {
+pub(super) fn at<E: Into<io::Error>>(path: &Path) -> impl Fn(E) -> StoreError {
     let path = path.to_owned();
-    move |source| StoreError::File {
+    move |error| StoreError::File {
         path: path.clone(),
-        source,
+        source: error.into(),
+    }
+}
+
+/// Names the file whose content is wrong.
+pub(super) fn wrong<E: Error + Send + Sync + 'static>(path: &Path) -> impl Fn(E) -> StoreError {
+    let path = path.to_owned();
+    move |error| StoreError::Content {
+        path: path.clone(),
+        source: error.into(),
     }
 }
 

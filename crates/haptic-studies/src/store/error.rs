@@ -1,10 +1,8 @@
 //! Why a study cannot be stored, or continued.
 
-use super::super::plan::PlanError;
 use super::super::subject::{CodeError, StudyMismatch};
-use super::super::subject_table::SubjectTableError;
-use super::super::trial::TrialError;
 use super::{STUDY, VERSION};
+use std::error::Error;
 use std::io;
 use std::path::PathBuf;
 
@@ -46,13 +44,13 @@ pub enum StoreError {
         /// Checksum now.
         found: u32,
     },
-    /// A plan cannot be used.
+    /// What is in a file cannot be used: a plan, a table of subjects, trials.
     #[error("{}: {source}", .path.display())]
-    Plan {
+    Content {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: PlanError,
+        source: Box<dyn Error + Send + Sync>,
     },
     /// The subjects cannot take part under these codes.
     #[error(transparent)]
@@ -66,14 +64,6 @@ pub enum StoreError {
         found: String,
         /// What it must have once each.
         names: String,
-    },
-    /// The table of subjects cannot be read.
-    #[error("{}: {source}", .path.display())]
-    Subjects {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: SubjectTableError,
     },
     /// There is no such subject.
     #[error("`{code}` is not a subject of this study; there are {known}")]
@@ -95,14 +85,6 @@ pub enum StoreError {
     /// The rows are not those of the plan.
     #[error(transparent)]
     StudyMismatch(#[from] StudyMismatch),
-    /// A file of trials cannot be read.
-    #[error("{}: {source}", .path.display())]
-    Trials {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: TrialError,
-    },
     /// A folder has no data.
     #[error("{}: no trials: a study has them in data/subject-CODE/, in files that end in _data.csv", .0.display())]
     NoData(PathBuf),

@@ -1,13 +1,13 @@
 //! Keeps what becomes final in a subject's session: each trial with its recording is on the disk when a call returns.
 
 use super::super::plan::Task as Kind;
-use super::super::session::{FinishedTrial, News, Session, Settings, Task, Ticks, TrialRow};
-use super::super::subject::{StudyMismatch, Subject};
-use super::super::trial::{self, Operator, Trial, VoidedTrial};
-use super::Study;
-use super::disk::{append, at, create_folder, replace, sync_folder};
+use super::super::session::{FinishedTrial, News, Session, Settings, Ticks, TrialRow};
+use super::super::subject::Subject;
+use super::super::trial::{self, FittsTrial, Operator, PerceptionTrial, Trial, VoidedTrial};
+use super::disk::{append, at, create_folder, replace, sync_folder, wrong};
 use super::error::StoreError;
 use super::subject_files::{self, Rows};
+use super::{Study, reader};
 use haptic_ipc::ServoSetup;
 use haptic_recording::{CreateError, Metadata};
 use serde_json::Value;
@@ -72,10 +72,7 @@ impl Table {
 
     /// Adds a row.
     fn append<T: Trial>(&mut self, trial: &T) -> Result<(), StoreError> {
-        let line = trial::line(trial, self.length == 0).map_err(|source| StoreError::Trials {
-            path: self.path.clone(),
-            source,
-        })?;
+        let line = trial::line(trial, self.length == 0).map_err(wrong(&self.path))?;
         append(&self.path, &line, self.length)?;
         self.length += line.len() as u64;
         self.rows += 1;
@@ -104,15 +101,19 @@ impl Keeper {
     /// They cannot be read, or repaired where the program was killed, or are not those of the plan.
     pub fn open(study: &Study, subject: &Subject, rig: RigDescription) -> Result<(Self, Session), StoreError> {
         let (folder, about) = (study.folder(), study.about());
-        let (seed, operator, period_s) = (about.seed, about.operator, rig.loop_rate_hz.recip());
+        let (operator, period_s) = (about.operator, rig.loop_rate_hz.recip());
         let session = subject_files::session(folder, subject);
         create_folder(&session)?;
-        let mut task = Task::new(study.plan(), seed, subject, operator, period_s);
         let kind = about.task;
-        let [practice, data] = match &mut task {
-            Task::Fitts(task) => resumed(study, subject, kind, |practice, data| task.resume(practice, data)),
-            Task::Perception(task) => resumed(study, subject, kind, |practice, data| task.resume(practice, data)),
-        }?;
+        let open = |is_practice| {
+            let path = subject_files::rows_file(folder, subject, kind, is_practice);
+            match kind {
+                Kind::Fitts => Table::open::<FittsTrial>(path).map(|(table, _)| table),
+                Kind::Perception => Table::open::<PerceptionTrial>(path).map(|(table, _)| table),
+            }
+        };
+        let (practice, data) = (open(true)?, open(false)?);
+        let task = reader::task(folder, study.plan(), about, subject, period_s)?;
         let voided = subject_files::table(folder, subject, kind, "voided");
         let (voided, attempts) = Table::open::<VoidedTrial>(voided)?;
         let keeper = Self {
@@ -250,17 +251,4 @@ impl Keeper {
             configuration: self.rig.configuration.clone(),
         }
     }
-}
-
-/// Opens the rows of practice and of the trials that count, and has a task continue after them.
-fn resumed<T: Trial>(
-    study: &Study,
-    subject: &Subject,
-    kind: Kind,
-    resume: impl FnOnce(&[T], &[T]) -> Result<(), StudyMismatch>,
-) -> Result<[Table; 2], StoreError> {
-    let open = |is_practice| Table::open(subject_files::rows_file(study.folder(), subject, kind, is_practice));
-    let ((practice, first), (data, then)) = (open(true)?, open(false)?);
-    resume(&first, &then)?;
-    Ok([practice, data])
 }

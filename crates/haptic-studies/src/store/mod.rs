@@ -34,17 +34,18 @@ use super::plan::{Plan, Task};
 use super::subject::{Subject, check_codes};
 use super::subject_table::SubjectTable;
 use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial};
-use disk::{at, replace, sync_folder, write_new};
+use disk::{at, replace, sync_folder, write_new, wrong};
 pub use error::StoreError;
 use haptic_ipc::quoted;
 pub use keeper::{Keeper, RigDescription};
 pub use notes::note;
-pub use reader::{Trials, read, read_file, read_folder, subjects, trials, trials_of, unfinished};
+pub use reader::{Trials, read, read_file, read_folder, subjects, trials, unfinished};
 use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 pub use study_description::StudyDescription;
+pub use subject_files::trials_of;
 
 /// A study on the disk, which this program alone may continue.
 #[derive(Debug)]
@@ -56,19 +57,12 @@ pub struct Study {
 }
 
 impl Study {
-    /// Creates a study in a folder that is not there, or empty. It is there as a whole or not at all.
+    /// Creates a study in a folder that is not there, or empty, with what is known of its subjects. It is there as a
+    /// whole or not at all.
     ///
     /// # Errors
     /// The folder has something in it, or cannot be written.
-    pub fn create(folder: &Path, plan_text: &str, about: &StudyDescription) -> Result<Self, StoreError> {
-        Self::create_for(folder, plan_text, about, &SubjectTable::of_codes(&about.subjects))
-    }
-
-    /// The same, with what is known of the subjects.
-    ///
-    /// # Errors
-    /// As of [`create`](Self::create).
-    pub fn create_for(
+    pub fn create(
         folder: &Path,
         plan_text: &str,
         about: &StudyDescription,
@@ -80,10 +74,7 @@ impl Study {
                 what: difference(folder, about),
             });
         }
-        let plan = Plan::read(plan_text).map_err(|source| StoreError::Plan {
-            path: folder.join(PLAN),
-            source,
-        })?;
+        let plan = Plan::read(plan_text).map_err(wrong(&folder.join(PLAN)))?;
         check_codes(&about.subjects)?;
         reader::check_orders(&plan, about)?;
         let parent = match folder.parent() {
@@ -96,13 +87,12 @@ impl Study {
         let inside = made.path().join("study");
         fs::create_dir(&inside).map_err(at(&inside))?;
         write_new(&inside.join(PLAN), plan_text.as_bytes())?;
-        write_new(&inside.join(DESCRIPTION), description(&plan, about)?.as_bytes())?;
-        let table = subjects.csv().map_err(io::Error::from);
-        write_new(&inside.join(SUBJECTS), &table.map_err(at(folder))?)?;
+        write_new(&inside.join(DESCRIPTION), &description(&plan, about)?)?;
+        write_new(&inside.join(SUBJECTS), &subjects.csv().map_err(at(folder))?)?;
         // Held before anybody else can find the study.
         let lock = hold(&inside)?;
-        let text = serde_json::to_string_pretty(about).map_err(io::Error::from);
-        write_new(&inside.join(STUDY), text.map_err(at(folder))?.as_bytes())?;
+        let text = serde_json::to_vec_pretty(about).map_err(at(folder))?;
+        write_new(&inside.join(STUDY), &text)?;
         sync_folder(&inside)?;
         fs::rename(&inside, folder).map_err(|error| match error.kind() {
             io::ErrorKind::DirectoryNotEmpty | io::ErrorKind::NotADirectory => StoreError::Taken {
@@ -136,9 +126,9 @@ impl Study {
         table.add(subjects);
         // Whoever is in the description is a subject, so that it comes last.
         let path = self.folder.join(STUDY);
-        let table = table.csv().map_err(io::Error::from).map_err(at(&self.folder))?;
+        let table = table.csv().map_err(at(&self.folder))?;
         replace(&self.folder.join(SUBJECTS), &path, |file| file.write_all(&table))?;
-        let text = serde_json::to_vec_pretty(&about).map_err(|error| at(&path)(error.into()))?;
+        let text = serde_json::to_vec_pretty(&about).map_err(at(&path))?;
         replace(&path, &path, |file| file.write_all(&text))?;
         self.about = about;
         Ok(())
@@ -193,13 +183,8 @@ impl Study {
     /// # Errors
     /// Its files cannot be read, or are not those of the plan.
     pub fn progress(&self, subject: &Subject) -> Result<(usize, Option<usize>), StoreError> {
-        let task = reader::task(&self.folder, &self.plan, &self.about, subject)?;
+        let task = reader::task(&self.folder, &self.plan, &self.about, subject, reader::NO_TICK_S)?;
         Ok(task.progress())
-    }
-
-    /// The whole rows of a subject, of practice or of the others.
-    pub(crate) fn rows<T: Trial>(&self, subject: &Subject, is_practice: bool) -> Result<Vec<T>, StoreError> {
-        subject_files::trials(&self.folder, subject, self.about.task, is_practice)
     }
 
     /// Writes all trials that are done into one file, in place of an earlier one, and what is known of the subjects'
@@ -233,13 +218,13 @@ impl Study {
 
     fn describe_screens(&self) -> Result<(), StoreError> {
         for subject in self.subjects() {
-            let trials = trials_of(&self.folder, &subject, Task::Fitts)?;
+            let trials = trials_of(&self.folder, &subject, Task::Fitts, false)?;
             let path = subject_files::sidecar(&self.folder, &subject, Task::Fitts);
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
             let Some(described) = sidecar::of_trials(&name, &trials) else {
                 continue;
             };
-            let text = serde_json::to_vec_pretty(&described).map_err(|error| at(&path)(error.into()))?;
+            let text = serde_json::to_vec_pretty(&described).map_err(at(&path))?;
             replace(&path, &self.folder.join(STUDY), |file| file.write_all(&text))?;
         }
         Ok(())
@@ -313,7 +298,7 @@ fn how_to_add(folder: &Path, found: &StudyDescription, about: &StudyDescription)
 }
 
 /// What Psych-DS asks for.
-fn description(plan: &Plan, about: &StudyDescription) -> Result<String, StoreError> {
+fn description(plan: &Plan, about: &StudyDescription) -> Result<Vec<u8>, StoreError> {
     let who = match about.operator {
         Operator::Human => "people",
         Operator::Simulated => "a simulated operator, and no people",
@@ -333,7 +318,7 @@ fn description(plan: &Plan, about: &StudyDescription) -> Result<String, StoreErr
         "schemaVersion": "Psych-DS 0.4.0",
         "variableMeasured": columns,
     });
-    serde_json::to_string_pretty(&description).map_err(|error| at(Path::new(DESCRIPTION))(error.into()))
+    serde_json::to_vec_pretty(&description).map_err(at(Path::new(DESCRIPTION)))
 }
 
 const PLAN: &str = "plan.toml";

@@ -20,14 +20,13 @@ pub fn note(folder: &Path, subject: &str, tick: Option<u64>, text: &str) -> Resu
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let tick = tick.map_or_else(String::new, |tick| tick.to_string());
     let mut lines = csv::Writer::from_writer(Vec::new());
-    let failed = |error: csv::Error| at(&path)(error.into());
     if length == 0 {
-        lines.write_record(COLUMNS).map_err(failed)?;
+        lines.write_record(COLUMNS).map_err(at(&path))?;
     }
     let time = format!("{:.3}", since_1970.as_secs_f64());
     lines
         .write_record([time.as_str(), subject, &tick, text])
-        .map_err(failed)?;
+        .map_err(at(&path))?;
     let lines = lines.into_inner().map_err(|error| at(&path)(error.into_error()))?;
     append(&path, &lines, length)?;
     Ok(path)

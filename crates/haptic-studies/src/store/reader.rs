@@ -1,14 +1,15 @@
 //! Reads a study without its lock, since it may be under way, and trials from elsewhere.
 
-use super::super::plan::{Plan, Task};
+use super::super::plan::Plan;
 use super::super::session;
 use super::super::subject::Subject;
 use super::super::subject_table::SubjectTable;
 use super::super::trial::{self, FittsTrial, PerceptionTrial, Trial};
-use super::disk::{at, whole_lines};
+use super::disk::{at, whole_lines, wrong};
 use super::error::StoreError;
 use super::study_description::StudyDescription;
-use super::{DATA, PLAN, STUDY, SUBJECTS, VERSION, subject_files};
+use super::subject_files::trials_of;
+use super::{DATA, PLAN, STUDY, SUBJECTS, VERSION};
 use haptic_motion::guard::guarded;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -29,7 +30,7 @@ pub fn read(folder: &Path) -> Result<(Plan, StudyDescription), StoreError> {
         }
         read => read.map_err(at(&path))?,
     };
-    let about: StudyDescription = serde_json::from_str(&text).map_err(|error| at(&path)(error.into()))?;
+    let about: StudyDescription = serde_json::from_str(&text).map_err(at(&path))?;
     if about.version > VERSION {
         let found = about.version;
         return Err(StoreError::Version { path, found });
@@ -40,7 +41,7 @@ pub fn read(folder: &Path) -> Result<(Plan, StudyDescription), StoreError> {
     if expected != found {
         return Err(StoreError::PlanChanged { path, expected, found });
     }
-    let plan = Plan::of_study(&text).map_err(|source| StoreError::Plan { path, source })?;
+    let plan = Plan::of_study(&text).map_err(wrong(&path))?;
     check_orders(&plan, &about)?;
     Ok((plan, about))
 }
@@ -76,10 +77,7 @@ pub fn subjects(folder: &Path) -> Result<SubjectTable, StoreError> {
     let path = folder.join(SUBJECTS);
     match fs::read(&path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(SubjectTable::default()),
-        read => {
-            let bytes = read.map_err(at(&path))?;
-            SubjectTable::read(&bytes).map_err(|source| StoreError::Subjects { path, source })
-        }
+        read => SubjectTable::read(&read.map_err(at(&path))?).map_err(wrong(&path)),
     }
 }
 
@@ -91,20 +89,12 @@ pub fn trials<T: Trial>(folder: &Path) -> Result<Vec<T>, StoreError> {
     let (_, about) = read(folder)?;
     let mut trials = Vec::new();
     for subject in about.all_subjects() {
-        trials.extend(trials_of(folder, &subject, about.task)?);
+        trials.extend(trials_of(folder, &subject, about.task, false)?);
     }
     Ok(trials)
 }
 
-/// All trials of one subject of a study, without those of practice. The study may be under way.
-///
-/// # Errors
-/// The file cannot be read.
-pub fn trials_of<T: Trial>(folder: &Path, subject: &Subject, task: Task) -> Result<Vec<T>, StoreError> {
-    subject_files::trials(folder, subject, task, false)
-}
-
-/// A subject's task, as far as the subject is.
+/// A subject's task, as far as the subject is. A tick takes `period_s`, s.
 ///
 /// # Errors
 /// The subject's files cannot be read, or are not those of the plan.
@@ -113,17 +103,17 @@ pub(super) fn task(
     plan: &Plan,
     about: &StudyDescription,
     subject: &Subject,
+    period_s: f64,
 ) -> Result<session::Task, StoreError> {
-    // No tick comes, so that its length does not matter.
-    let mut task = session::Task::new(plan, about.seed, subject, about.operator, 1.0);
+    let mut task = session::Task::new(plan, about.seed, subject, about.operator, period_s);
     match &mut task {
         session::Task::Fitts(task) => task.resume(
-            &subject_files::trials(folder, subject, about.task, true)?,
-            &subject_files::trials(folder, subject, about.task, false)?,
+            &trials_of(folder, subject, about.task, true)?,
+            &trials_of(folder, subject, about.task, false)?,
         )?,
         session::Task::Perception(task) => task.resume(
-            &subject_files::trials(folder, subject, about.task, true)?,
-            &subject_files::trials(folder, subject, about.task, false)?,
+            &trials_of(folder, subject, about.task, true)?,
+            &trials_of(folder, subject, about.task, false)?,
         )?,
     }
     Ok(task)
@@ -134,12 +124,17 @@ pub(super) fn task(
 /// of the plan.
 #[must_use]
 pub fn unfinished(folder: &Path, plan: &Plan, about: &StudyDescription) -> Option<(usize, Option<usize>)> {
-    let tasks = about.all_subjects().map(|subject| task(folder, plan, about, &subject));
+    let tasks = about
+        .all_subjects()
+        .map(|subject| task(folder, plan, about, &subject, NO_TICK_S));
     let tasks: Vec<session::Task> = tasks.collect::<Result<_, _>>().ok()?;
     let done = tasks.iter().map(|task| task.rows(false) as usize).sum();
     let is_finished = tasks.iter().all(session::Task::is_finished);
     (!is_finished).then(|| (done, plan.trials().map(|trials| trials * tasks.len())))
 }
+
+/// The time of a tick where none comes, so that it does not matter.
+pub(super) const NO_TICK_S: f64 = 1.0;
 
 /// The trials of one task.
 #[derive(Clone, Debug, PartialEq)]
@@ -218,10 +213,7 @@ fn trials_in(path: &Path, text: &[u8]) -> Result<Trials, StoreError> {
     } else {
         trial::read(text).map(Trials::Fitts)
     };
-    read.map_err(|source| StoreError::Trials {
-        path: path.to_path_buf(),
-        source,
-    })
+    read.map_err(wrong(path))
 }
 
 /// A table of Parquet as CSV.

@@ -32,26 +32,21 @@ pub struct StudyDescription {
 }
 
 impl StudyDescription {
-    /// A study by people.
+    /// A study by people, with the subjects of a table, and their orders.
     #[must_use]
-    pub fn people(plan: &Plan, plan_text: &str, seed: u64, subjects: Vec<String>) -> Self {
-        Self {
+    pub fn people(plan: &Plan, plan_text: &str, seed: u64, subjects: &SubjectTable) -> Self {
+        let empty = Self {
             version: 1,
             program: concat!("hapticd ", env!("CARGO_PKG_VERSION")).to_owned(),
             task: plan.task(),
             seed,
-            subjects,
+            subjects: Vec::new(),
             orders: Vec::new(),
             operator: Operator::Human,
             recordings: true,
             plan_crc32: crc32fast::hash(plan_text.as_bytes()),
-        }
-    }
-
-    /// The same, with the subjects of a table, and their orders.
-    #[must_use]
-    pub fn people_of(plan: &Plan, plan_text: &str, seed: u64, subjects: &SubjectTable) -> Self {
-        Self::people(plan, plan_text, seed, Vec::new()).with(subjects)
+        };
+        empty.with(subjects)
     }
 
     /// The same, with more subjects after those that it has.
@@ -73,7 +68,7 @@ impl StudyDescription {
         Self {
             operator: Operator::Simulated,
             recordings,
-            ..Self::people_of(plan, plan_text, seed, subjects)
+            ..Self::people(plan, plan_text, seed, subjects)
         }
     }
 

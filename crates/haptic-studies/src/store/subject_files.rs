@@ -4,7 +4,7 @@ use super::super::plan::Task;
 use super::super::subject::Subject;
 use super::super::trial::{self, Trial};
 use super::DATA;
-use super::disk::{at, whole_lines};
+use super::disk::{at, whole_lines, wrong};
 use super::error::StoreError;
 use std::fs;
 use std::io;
@@ -39,8 +39,11 @@ pub(super) fn sidecar(folder: &Path, subject: &Subject, task: Task) -> PathBuf {
     rows_file(folder, subject, task, false).with_extension("json")
 }
 
-/// The whole rows of a subject, of practice or of the trials that count.
-pub(super) fn trials<T: Trial>(
+/// The whole rows of a subject of a study, of practice or of the trials that count. The study may be under way.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn trials_of<T: Trial>(
     folder: &Path,
     subject: &Subject,
     task: Task,
@@ -70,10 +73,7 @@ pub(super) fn rows<T: Trial>(path: &Path) -> Result<Rows<T>, StoreError> {
     let trials = if whole == 0 {
         Vec::new()
     } else {
-        trial::read(&bytes[..whole]).map_err(|source| StoreError::Trials {
-            path: path.to_owned(),
-            source,
-        })?
+        trial::read(&bytes[..whole]).map_err(wrong(path))?
     };
     let all = bytes.len();
     let heading = trial::heading(&bytes[..whole]);

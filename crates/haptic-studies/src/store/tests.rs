@@ -4,32 +4,43 @@ use super::super::subject::numbered_codes;
 use super::*;
 use std::collections::BTreeMap;
 
-fn about(text: &str, seed: u64, recordings: bool) -> StudyDescription {
-    let plan = Plan::read(text).expect("a plan");
-    let two = SubjectTable::of_codes(&numbered_codes(2));
-    StudyDescription::simulated(&plan, text, seed, &two, recordings)
+/// Makes a study of two simulated subjects.
+fn create(folder: &Path, text: &str, seed: u64, recordings: bool) -> Result<Study, StoreError> {
+    create_for(
+        folder,
+        text,
+        seed,
+        recordings,
+        &SubjectTable::of_codes(&numbered_codes(2)),
+    )
 }
 
-/// Every file of a folder, but the lock.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+fn create_for(
+    folder: &Path,
+    text: &str,
+    seed: u64,
+    recordings: bool,
+    subjects: &SubjectTable,
+) -> Result<Study, StoreError> {
+    let plan = Plan::read(text).expect("a plan");
+    let about = StudyDescription::simulated(&plan, text, seed, subjects, recordings);
+    Study::create(folder, text, &about, subjects)
+}
+
+/// Every file of a folder, by its path in it.
+fn relative(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
+        let name = PathBuf::from(path.file_name().expect("a name"));
         if path.is_dir() {
-            found.extend(files(&path));
+            let inside = relative(&path).into_iter();
+            found.extend(inside.map(|(inner, bytes)| (name.join(inner), bytes)));
         } else {
-            found.insert(path.clone(), fs::read(&path).expect("a file"));
+            found.insert(name, fs::read(&path).expect("a file"));
         }
     }
     found
-}
-
-fn relative(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let strip = |path: PathBuf| path.strip_prefix(folder).expect("inside").to_owned();
-    files(folder)
-        .into_iter()
-        .map(|(path, bytes)| (strip(path), bytes))
-        .collect()
 }
 
 #[test]
@@ -37,7 +48,7 @@ fn closed_study_is_free_though_its_lock_file_is_inherited() {
     let parent = tempfile::tempdir().expect("a folder");
     let folder = parent.path().join("study");
     let text = small_fitts();
-    let study = Study::create(&folder, &text, &about(&text, 1, false)).expect("created");
+    let study = create(&folder, &text, 1, false).expect("created");
     let inherited = study._lock.0.try_clone().expect("a descriptor");
     assert!(matches!(Study::open(&folder), Err(StoreError::Locked(_))));
     drop(study);
@@ -56,8 +67,8 @@ fn a_study_keeps_its_subjects_orders_and_fields() {
         SubjectTable::read(text.as_bytes()).expect("a table")
     };
     let create = |name: &str, subjects: &SubjectTable| {
-        let about = StudyDescription::people_of(&plan, &text, 1, subjects);
-        Study::create_for(&parent.path().join(name), &text, &about, subjects)
+        let about = StudyDescription::people(&plan, &text, 1, subjects);
+        Study::create(&parent.path().join(name), &text, &about, subjects)
     };
     let subjects = table(&format!("{} | {}", names[1], names[0]));
     let study = create("study", &subjects).expect("created");
@@ -71,23 +82,6 @@ fn a_study_keeps_its_subjects_orders_and_fields() {
     );
     assert_eq!(error.to_string(), message);
     assert!(!parent.path().join("wrong").exists());
-
-    // It is rehearsed with the same table.
-    for (name, [first, second]) in [("one", [0, 1]), ("other", [1, 0])] {
-        let (folder, order) = (parent.path().join(name), [&names[first], &names[second]]);
-        let subjects = table(&format!("{} | {}", order[0], order[1]));
-        let about = StudyDescription::simulated(&plan, &text, 1, &subjects, false);
-        let study = Study::create_for(&folder, &text, &about, &subjects).expect("created");
-        run(&study, 1, &Progress::default()).expect("run");
-        assert_eq!(super::subjects(&folder).expect("a table"), subjects);
-        let rows = trials::<FittsTrial>(&folder).expect("rows");
-        // Two segments of the baseline come first.
-        let own: Vec<&FittsTrial> = rows.iter().filter(|row| row.subject == "P1").collect();
-        let blocks = own.chunk_by(|a, b| a.block == b.block).skip(2);
-        let mut done: Vec<&String> = blocks.map(|rows| &rows[0].resistance).collect();
-        done.dedup();
-        assert_eq!(done, order, "{name}");
-    }
 }
 
 #[test]
@@ -96,7 +90,7 @@ fn threads_change_nothing_and_nothing_is_overwritten() {
     let [one, two] = ["one", "two"].map(|name| parent.path().join(name));
     for (text, threads) in [(small_fitts(), [1, 2]), (small_perception(), [2, 1])] {
         for (folder, threads) in [&one, &two].into_iter().zip(threads) {
-            let study = Study::create(folder, &text, &about(&text, 1, true)).expect("created");
+            let study = create(folder, &text, 1, true).expect("created");
             run(&study, threads, &Progress::default()).expect("run");
         }
         let done = relative(&one);
@@ -117,16 +111,10 @@ fn threads_change_nothing_and_nothing_is_overwritten() {
                 "there is another study already, which differs in seed; nothing is overwritten",
             ),
         ] {
-            let error = Study::create(&one, &text, &about(&text, seed, true))
-                .expect_err("it is there")
-                .to_string();
+            let error = create(&one, &text, seed, true).expect_err("it is there").to_string();
             assert!(error.ends_with(message), "{error}");
         }
         let study = Study::open(&one).expect("opened");
-        let error = Study::open(&one).expect_err("it is open").to_string();
-        assert!(error.ends_with("another program is running this study"), "{error}");
-        drop(study);
-        let study = Study::open(&one).expect("the lock ended");
         let progress = Progress::default();
         run(&study, 1, &progress).expect("nothing is left");
         assert_eq!(progress.trials(), 0);
@@ -161,10 +149,8 @@ fn subjects_added_later_give_the_study_of_all_from_the_start() {
     .into_iter()
     .enumerate()
     {
-        let plan = Plan::read(&text).expect("a plan");
         let make = |name: String, subjects: &SubjectTable| {
-            let about = StudyDescription::simulated(&plan, &text, 5, subjects, number == 0);
-            let study = Study::create_for(&parent.path().join(name), &text, &about, subjects).expect("created");
+            let study = create_for(&parent.path().join(name), &text, 5, number == 0, subjects).expect("created");
             run(&study, 2, &Progress::default()).expect("run");
             study
         };
@@ -196,13 +182,11 @@ fn subjects_added_later_give_the_study_of_all_from_the_start() {
 }
 
 #[test]
-fn added_subjects_need_new_codes_the_lock_and_the_plans_orders() {
+fn added_subjects_need_new_codes_and_the_plans_orders() {
     let parent = tempfile::tempdir().expect("a folder");
     let folder = parent.path().join("study");
     let text = small_fitts();
-    let mut study = Study::create(&folder, &text, &about(&text, 1, false)).expect("created");
-    let open = Study::open(&folder).expect_err("it is open").to_string();
-    assert!(open.ends_with("another program is running this study"), "{open}");
+    let mut study = create(&folder, &text, 1, false).expect("created");
     // What people write into the table stays, also of a subject who is added after it.
     let written = "subject;handedness\n01;left\n03;right\n";
     fs::write(folder.join("subjects.csv"), written).expect("written");
@@ -227,32 +211,33 @@ fn added_subjects_need_new_codes_the_lock_and_the_plans_orders() {
     assert_eq!(study.about().subjects, numbered_codes(4));
 
     // Who asks for more subjects than there are is told how to add them.
-    let six = SubjectTable::of_codes(&numbered_codes(6));
-    let plan = study.plan();
-    let create = |about: &StudyDescription| Study::create(&folder, &text, about).expect_err("taken").to_string();
-    let error = create(&StudyDescription::simulated(plan, &text, 1, &six, false));
+    let [two, six] = [2, 6].map(|subjects| SubjectTable::of_codes(&numbered_codes(subjects)));
+    let create = |seed, subjects| {
+        let error = create_for(&folder, &text, seed, false, subjects).expect_err("taken");
+        error.to_string()
+    };
     let adds = format!("; `haptic-ctl study add {} --codes 05,06` adds 05, 06", quoted(&folder));
-    assert!(error.ends_with(&adds), "{error}");
-    for about in [
-        about(&text, 1, false),
-        StudyDescription::simulated(plan, &text, 2, &six, false),
+    for (error, end) in [
+        (create(1, &six), &*adds),
+        (create(1, &two), "nothing is overwritten"),
+        (create(2, &six), "nothing is overwritten"),
     ] {
-        let error = create(&about);
-        assert!(error.ends_with("nothing is overwritten"), "{error}");
+        assert!(error.ends_with(end), "{error}");
     }
 }
 
-/// The rows up to any byte, as a program that was killed leaves them, lead to the same study.
+/// The rows up to any byte, as a program that was killed leaves them, lead to the same study. What was recorded of a
+/// trial without a row stays.
 #[test]
 fn a_row_that_was_cut_off_is_done_again() {
     let parent = tempfile::tempdir().expect("a folder");
     let folder = parent.path().join("study");
-    let text = small_fitts();
-    let study = Study::create(&folder, &text, &about(&text, 3, false)).expect("created");
+    let study = create(&folder, &small_fitts(), 3, true).expect("created");
     run(&study, 1, &Progress::default()).expect("run");
     drop(study);
     let whole = relative(&folder);
-    let data = folder.join("data/subject-02/session-01/subject-02_session-01_task-fitts_data.csv");
+    let session = folder.join("data/subject-02/session-01");
+    let data = session.join("subject-02_session-01_task-fitts_data.csv");
     let bytes = fs::read(&data).expect("rows");
     let header = bytes.iter().position(|byte| *byte == b'\n').expect("a header");
     let cuts = [0, header / 2, header + 1, header + 40, bytes.len() / 2, bytes.len() - 1];
@@ -263,7 +248,17 @@ fn a_row_that_was_cut_off_is_done_again() {
         assert!(found.len() < 24, "{}", found.len());
         let (plan, about) = read(&folder).expect("a study");
         assert_eq!(unfinished(&folder, &plan, &about), Some((found.len(), Some(24))));
+        // One that was not whole, of the trial whose row comes next.
+        let next = session.join(format!("recordings/trial-{:04}", found.len() - 12 + 1));
+        fs::write(next.with_extension("part.mcap"), "begun").expect("written");
         run(&Study::open(&folder).expect("opened"), 1, &Progress::default()).expect("run");
+        let [begun, done] = ["unscored-1.mcap", "unscored-2.mcap"].map(|ending| {
+            let path = next.with_extension(ending);
+            let bytes = fs::read(&path).expect("it is set aside");
+            fs::remove_file(path).expect("removed");
+            bytes
+        });
+        assert!(begun == b"begun" && done == fs::read(next.with_extension("mcap")).expect("a recording"));
         assert!(relative(&folder) == whole, "cut at {cut}");
         assert_eq!(unfinished(&folder, &plan, &about), None);
     }
@@ -276,13 +271,14 @@ fn what_is_not_this_study_is_refused() {
     let text = small_fitts();
     let error = Study::open(&folder).expect_err("none").to_string();
     assert!(error.ends_with("there is no study: it has no study.json"), "{error}");
-    let study = Study::create(&folder, &text, &about(&text, 3, false)).expect("created");
+    let study = create(&folder, &text, 3, false).expect("created");
     let progress = Progress::default();
     progress.stop();
     run(&study, 1, &progress).expect("stopped");
     drop(study);
     let (plan, description) = read(&folder).expect("a study");
     assert_eq!(unfinished(&folder, &plan, &description), Some((0, Some(24))));
+    assert!(!folder.join("data").exists(), "reading makes nothing");
     fs::write(folder.join("plan.toml"), text.replace("rest_s = 60", "rest_s = 61")).expect("written");
     let error = Study::open(&folder).expect_err("another plan").to_string();
     assert!(
@@ -293,9 +289,7 @@ fn what_is_not_this_study_is_refused() {
     let other = parent.path().join("other");
     fs::create_dir(&other).expect("created");
     fs::write(other.join("thesis.tex"), "mine").expect("written");
-    let error = Study::create(&other, &text, &about(&text, 3, false))
-        .expect_err("taken")
-        .to_string();
+    let error = create(&other, &text, 3, false).expect_err("taken").to_string();
     assert!(
         error.ends_with("not an empty folder; nothing is overwritten"),
         "{error}"

@@ -4,7 +4,7 @@ use super::row::{Column, Operator, OutOfRange, Trial, check, first_session, leng
 use serde::{Deserialize, Serialize};
 
 /// A valid click of the Fitts task, and the invalid ones before it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FittsTrial {
     /// Who did it; a file from elsewhere need not say so.
     #[serde(default)]

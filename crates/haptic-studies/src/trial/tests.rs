@@ -1,76 +1,25 @@
 use super::*;
 
-fn fitts_trial() -> FittsTrial {
-    FittsTrial {
-        operator: Some(Operator::Simulated),
-        subject: "01".to_owned(),
-        session: 1,
-        block: 3,
-        resistance: "high stiction".to_owned(),
-        condition: "5".to_owned(),
-        trial: 8,
-        direction: Some(-1),
-        amplitude_m: 0.45,
-        width_m: 0.06,
-        cursor_diameter_m: Some(0.006),
-        end_error_m: -0.1 / 3.0,
-        movement_time_s: 0.731,
-        errors: 2,
-        error_size_m: Some(0.0123),
-        start_tick: Some(u64::MAX),
-        end_tick: Some(1),
-        scene_revision: Some(7),
-        voided: 1,
-        cursor_latency_s: Some(0.021),
-        cursor_latency_p95_s: Some(0.034),
-        frame_rate_hz: Some(60.0),
-        recording: Some("data/a, b.mcap".to_owned()),
-    }
-}
-
-fn perception_trial() -> PerceptionTrial {
-    PerceptionTrial {
-        operator: None,
-        subject: "s".to_owned(),
-        session: 2,
-        case: Case::C,
-        method: Method::Staircase,
-        trial: 1,
-        base_static_n: 4.0,
-        base_dynamic_n: 3.5,
-        comparison_static_n: 3.0,
-        comparison_dynamic_n: 2.5,
-        level_n: 1.0,
-        comparison_first: true,
-        answer: 2,
-        correct: true,
-        response_time_s: Some(0.4),
-        reversal: false,
-        start_tick: None,
-        end_tick: None,
-        voided: 0,
-        recording: None,
-    }
-}
-
-fn reads_back<T: Trial + PartialEq + std::fmt::Debug + Clone>(trial: T) {
-    let trials = vec![trial.clone(), trial];
+/// Rows as they are written, by all rows at once and one by one, and read to the last bit.
+fn reads_back<T: Trial>(row: &str) {
+    let heading = T::names().collect::<Vec<_>>().join(",");
+    let text = format!("{heading}\n{row}\n{row}\n");
+    let trials = read::<T>(text.as_bytes()).expect("read");
     let mut whole = Vec::new();
     write(&trials, &mut whole).expect("written");
     let by_line = [line(&trials[0], true), line(&trials[1], false)].map(|line| line.expect("written"));
-    assert_eq!(whole, by_line.concat());
-    let header = String::from_utf8(whole.clone()).expect("text");
-    assert!(
-        header.starts_with(&format!("{}\n", T::names().collect::<Vec<_>>().join(","))),
-        "{header}"
-    );
-    assert_eq!(read::<T>(&whole[..]).expect("read"), trials);
+    for written in [whole, by_line.concat()] {
+        assert_eq!(String::from_utf8(written).expect("text"), text);
+    }
 }
 
 #[test]
 fn rows_read_back_to_the_last_bit() {
-    reads_back(fitts_trial());
-    reads_back(perception_trial());
+    reads_back::<FittsTrial>(
+        "simulated,01,1,3,high stiction,5,8,-1,0.45,0.06,0.006,-0.03333333333333333,0.731,2,0.0123,\
+         18446744073709551615,1,7,1,0.021,0.034,60.0,\"data/a, b.mcap\"",
+    );
+    reads_back::<PerceptionTrial>(",s,2,C,staircase,1,4.0,3.5,3.0,2.5,1.0,true,2,true,0.4,false,,,0,");
 }
 
 const ELSEWHERE: &str =

@@ -4,19 +4,6 @@ use super::super::super::trial::Trial;
 use super::*;
 
 #[test]
-fn reopening_a_finished_study_rebuilds_its_trials_file() {
-    let (_parent, folder) = a_folder();
-    make(&folder, &small_fitts());
-    do_targets(&folder);
-    let all = folder.join("trials.parquet");
-    let bytes = std::fs::read(&all).expect("it is there");
-    std::fs::remove_file(&all).expect("removed");
-    let happened = Person::new(&folder).end_after_listening();
-    assert_eq!(happened, [SessionEvent::Finished]);
-    assert_eq!(std::fs::read(&all).expect("it is there again"), bytes);
-}
-
-#[test]
 fn a_break_is_counted_in_whole_seconds() {
     let (_parent, folder) = a_folder();
     make(
@@ -92,31 +79,11 @@ fn earlier_version_rows_continue_and_unknown_column_is_refused() {
     let text = std::fs::read_to_string(&path).expect("rows");
     assert!(text.starts_with(&whole) && text.lines().count() == 3, "{text}");
     std::fs::write(&path, text.replace("frame_rate_hz", "mood")).expect("written");
-    let error = when_free(|| PersonSession::open(&folder, "P7", rig()))
+    let error = PersonSession::open(&folder, "P7", rig())
         .expect_err("another column")
         .to_string();
     assert!(
         error.contains("_practice.csv: the column `mood` is none of this program's"),
         "{error}"
     );
-}
-
-#[test]
-fn progress_of_a_subject_is_read_without_touching_its_files() {
-    let (_parent, folder) = a_folder();
-    make(&folder, &small_fitts());
-    let progress = || {
-        let study = when_free(|| Ok(Study::open(&folder)?)).expect("opened");
-        let subject = study.subject_of("P7").expect("a subject");
-        study.progress(&subject).expect("read")
-    };
-    assert_eq!(progress(), (0, Some(14)));
-    assert!(!folder.join("data").exists());
-    let mut person = Person::new(&folder);
-    while person.kept() < 3 {
-        person.find_target();
-        person.click();
-    }
-    person.end();
-    assert_eq!(progress(), (3, Some(14)));
 }
