@@ -106,30 +106,25 @@ fn note(line: &str) {
     );
 }
 
-/// What a run of `cargo test` did not do: a line for each test and reason.
-#[derive(Debug, Default, PartialEq)]
-pub struct NotDone {
-    /// Skipped, as this machine lacks something.
-    pub skipped: Vec<String>,
-    /// Left to the long run.
-    pub left_out: Vec<String>,
-}
-
-/// Takes what [`skip`] and [`is_long_for`] wrote in this run, so that the next run begins without it.
-#[must_use]
-pub fn take_not_done() -> NotDone {
+/// Prints what [`skip`] and [`is_long_for`] wrote in this run of `cargo test`, and takes it away, so that the next run
+/// begins without it.
+pub fn print_not_done() {
     let all = fs::read_to_string(journal()).unwrap_or_default();
     drop(fs::remove_file(journal()));
     let of_this_run = format!("{} ", run());
-    let lines = |kind: &str| {
-        all.lines()
-            .filter_map(|line| line.strip_prefix(&of_this_run)?.strip_prefix(kind))
-            .map(str::to_owned)
-            .collect()
-    };
-    NotDone {
-        skipped: lines(SKIPPED),
-        left_out: lines(LEFT_OUT),
+    for (kind, what) in [(SKIPPED, "skipped"), (LEFT_OUT, "left to HAPTICD_TEST_LONG=1")] {
+        let lines = all
+            .lines()
+            .filter_map(|line| line.strip_prefix(&of_this_run)?.strip_prefix(kind));
+        let lines: Vec<&str> = lines.collect();
+        if lines.is_empty() {
+            println!("\nnothing was {what}");
+            continue;
+        }
+        println!("\n{} {what}:", lines.len());
+        for line in lines {
+            println!("  {line}");
+        }
     }
 }
 
