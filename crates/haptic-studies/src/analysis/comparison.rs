@@ -33,6 +33,11 @@ impl Measure {
         }
     }
 
+    /// The number of its table in the paper.
+    pub(super) const fn table(self) -> u8 {
+        3 + self as u8
+    }
+
     fn of(self, difference: &Difference) -> Option<f64> {
         match self {
             Self::Time => Some(difference.time_s),

@@ -3,36 +3,63 @@
 //! column says who did the trials.
 
 use super::FittsAnalysis;
-use super::perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold};
+use super::perception::PerceptionAnalysis;
 use super::tables::file;
 use crate::subject_table::{SUBJECT, SubjectTable};
 use crate::trial::Operator;
 use haptic_lab::drawing::Table;
 use haptic_lab::stats::mean::share_interval;
 
-/// A column: its name, and its cell of a row.
-type Column<T> = (&'static str, fn(&T) -> String);
+/// A table that gets one column after the other.
+struct Tidy<T> {
+    rows: Vec<T>,
+    table: Table,
+}
 
-fn table<T>(rows: impl IntoIterator<Item = T>, columns: &[Column<T>]) -> Table {
-    let head = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
-    let cells = |row: T| columns.iter().map(|(_, cell)| cell(&row)).collect();
-    Table {
-        caption: String::new(),
-        rows: std::iter::once(head).chain(rows.into_iter().map(cells)).collect(),
+impl<T> Tidy<T> {
+    /// A table of these rows, whose first column says who did the trials; it is empty where they do not.
+    fn of(operator: Option<Operator>, rows: impl IntoIterator<Item = T>) -> Self {
+        let rows: Vec<T> = rows.into_iter().collect();
+        let table = Table {
+            caption: String::new(),
+            rows: vec![Vec::new(); 1 + rows.len()],
+        };
+        Self { rows, table }.maybe("operator", |_| operator.map(Operator::name))
     }
-}
 
-/// The cell of a value that may be absent.
-fn cell<T: ToString>(value: Option<T>) -> String {
-    value.map_or_else(String::new, |value| value.to_string())
-}
+    /// Adds a column.
+    fn with<V: ToString>(self, name: &str, cell: impl Fn(&T) -> V) -> Self {
+        self.maybe(name, |row| Some(cell(row)))
+    }
 
-fn low(interval: Option<[f64; 2]>) -> String {
-    cell(interval.map(|[low, _]| low))
-}
+    /// Adds a column of values that may be absent.
+    fn maybe<V: ToString>(mut self, name: &str, cell: impl Fn(&T) -> Option<V>) -> Self {
+        let cell = |row| cell(row).map_or_else(String::new, |value| value.to_string());
+        let cells = std::iter::once(name.to_owned()).chain(self.rows.iter().map(cell));
+        self.table
+            .rows
+            .iter_mut()
+            .zip(cells)
+            .for_each(|(row, cell)| row.push(cell));
+        self
+    }
 
-fn high(interval: Option<[f64; 2]>) -> String {
-    cell(interval.map(|[_, high]| high))
+    /// Adds the two columns of an interval. In their names, `low` and `high` stand for `{}`.
+    fn interval(self, name: &str, cell: impl Fn(&T) -> Option<[f64; 2]>) -> Self {
+        self.maybe(&name.replace("{}", "low"), |row| cell(row).map(|[low, _]| low))
+            .maybe(&name.replace("{}", "high"), |row| cell(row).map(|[_, high]| high))
+    }
+
+    /// Adds the free fields of the subject of each row.
+    fn with_fields(mut self, subjects: &SubjectTable, code: impl Fn(&T) -> Option<&String>) -> Self {
+        for (place, field) in subjects.fields.iter().enumerate() {
+            self = self.maybe(&format!("{SUBJECT}_{field}"), |row| {
+                let own = subjects.rows.iter().find(|one| Some(&one.code) == code(row));
+                own.map(|one| one.values[place].clone())
+            });
+        }
+        self
+    }
 }
 
 /// The tidy tables of a targeting task, each under the name of its file. Tables of subjects have the free fields too.
@@ -44,98 +71,58 @@ pub fn fitts_data(analysis: &FittsAnalysis, subjects: &SubjectTable) -> Vec<(Str
             let counts = comparison.resistances.iter().zip(&row.counts);
             counts.map(move |(resistance, counts)| (row, resistance, counts))
         });
-        let counts = table(
-            counts,
-            &[
-                ("condition", |(row, _, _)| row.condition.clone()),
-                ("difficulty_bit", |(row, _, _)| row.difficulty_bit.to_string()),
-                ("resistance", |(_, resistance, _)| (*resistance).clone()),
-                ("better", |(_, _, counts)| counts.better.to_string()),
-                ("worse", |(_, _, counts)| counts.worse.to_string()),
-                ("same", |(_, _, counts)| counts.same.to_string()),
-                ("sign_test_p", |(_, _, counts)| counts.sign_test_p.to_string()),
-            ],
-        );
-        tables.push((file(comparison.measure).to_owned(), counts));
+        let counts = Tidy::of(analysis.operator, counts)
+            .with("condition", |(row, ..)| row.condition.clone())
+            .with("difficulty_bit", |(row, ..)| row.difficulty_bit)
+            .with("resistance", |(_, resistance, _)| (*resistance).clone())
+            .with("better", |(.., counts)| counts.better)
+            .with("worse", |(.., counts)| counts.worse)
+            .with("same", |(.., counts)| counts.same)
+            .with("sign_test_p", |(.., counts)| counts.sign_test_p);
+        tables.push((file(comparison.measure), counts.table));
     }
     if !analysis.comparisons.is_empty() {
-        tables.extend([
-            ("totals".to_owned(), totals(analysis)),
-            ("pairs".to_owned(), pairs(analysis)),
-        ]);
+        tables.push(("totals".to_owned(), totals(analysis)));
+        tables.push(("pairs".to_owned(), pairs(analysis)));
     }
     if !analysis.beside_paper.is_empty() {
         tables.push(("beside-paper".to_owned(), beside_paper(analysis)));
     }
     tables.push(("difficulty".to_owned(), difficulty(analysis)));
     tables.push(("difficulty-points".to_owned(), difficulty_points(analysis)));
-    tables.push(("sequences".to_owned(), with_fields(sequences(analysis), subjects)));
-    tables.push(("differences".to_owned(), with_fields(differences(analysis), subjects)));
-    by(analysis.operator, tables)
+    tables.push(("sequences".to_owned(), sequences(analysis, subjects)));
+    tables.push(("differences".to_owned(), differences(analysis, subjects)));
+    tables
 }
 
 /// The tidy tables of a perception test, each under the name of its file.
 #[must_use]
 pub fn perception_data(analysis: &PerceptionAnalysis, subjects: &SubjectTable) -> Vec<(String, Table)> {
-    let tables = vec![
+    vec![
         ("jnd".to_owned(), thresholds_by_case(analysis)),
-        ("subjects".to_owned(), with_fields(thresholds(analysis), subjects)),
+        ("subjects".to_owned(), thresholds(analysis, subjects)),
         ("psychometric".to_owned(), shares(analysis)),
-    ];
-    by(analysis.operator, tables)
-}
-
-/// The tables with a first column that says who did the trials, as in the trials themselves: empty where they do not.
-fn by(operator: Option<Operator>, mut tables: Vec<(String, Table)>) -> Vec<(String, Table)> {
-    let name = cell(operator.map(Operator::name));
-    for (_, table) in &mut tables {
-        for (place, row) in table.rows.iter_mut().enumerate() {
-            let cell = if place == 0 { "operator" } else { name.as_str() };
-            row.insert(0, cell.to_owned());
-        }
-    }
-    tables
-}
-
-/// A table with a column `subject`, and the free fields of each subject behind.
-fn with_fields(mut table: Table, subjects: &SubjectTable) -> Table {
-    let place = table.rows[0].iter().position(|name| name == SUBJECT);
-    for (index, row) in table.rows.iter_mut().enumerate() {
-        let own = subjects
-            .rows
-            .iter()
-            .find(|one| Some(&one.code) == place.map(|place| &row[place]));
-        for (place, field) in subjects.fields.iter().enumerate() {
-            row.push(match index {
-                0 => format!("{SUBJECT}_{field}"),
-                _ => cell(own.map(|one| one.values[place].clone())),
-            });
-        }
-    }
-    table
+    ]
 }
 
 fn throughput(analysis: &FittsAnalysis) -> Table {
-    table(
+    Tidy::of(
+        analysis.operator,
         analysis.by_resistance.iter().chain(&analysis.overall),
-        &[
-            ("resistance", |one| {
-                one.resistance.clone().unwrap_or_else(|| "all".to_owned())
-            }),
-            ("sequences", |one| one.sequence_count.to_string()),
-            ("subjects", |one| one.subject_count.to_string()),
-            ("throughput_bit_per_s", |one| one.throughput_bit_per_s.to_string()),
-            ("throughput_low_bit_per_s", |one| low(one.throughput_interval_bit_per_s)),
-            ("throughput_high_bit_per_s", |one| {
-                high(one.throughput_interval_bit_per_s)
-            }),
-            ("effective_amplitude_m", |one| one.effective_amplitude_m.to_string()),
-            ("effective_width_m", |one| one.effective_width_m.to_string()),
-            ("effective_id_bit", |one| one.effective_id_bit.to_string()),
-            ("movement_time_s", |one| one.movement_time_s.to_string()),
-            ("error_rate", |one| one.error_rate.to_string()),
-        ],
     )
+    .with("resistance", |one| {
+        one.resistance.clone().unwrap_or_else(|| "all".to_owned())
+    })
+    .with("sequences", |one| one.sequence_count)
+    .with("subjects", |one| one.subject_count)
+    .with("throughput_bit_per_s", |one| one.throughput_bit_per_s)
+    .interval("throughput_{}_bit_per_s", |one| one.throughput_interval_bit_per_s)
+    .with("effective_amplitude_m", |one| one.effective_amplitude_m)
+    .with("effective_width_m", |one| one.effective_width_m)
+    .with("effective_id_bit", |one| one.effective_id_bit)
+    .with("movement_time_s", |one| one.movement_time_s)
+    .with("error_rate", |one| one.error_rate)
+    .table
 }
 
 fn totals(analysis: &FittsAnalysis) -> Table {
@@ -143,242 +130,168 @@ fn totals(analysis: &FittsAnalysis) -> Table {
         let totals = comparison.resistances.iter().zip(&comparison.totals);
         totals.map(move |(resistance, total)| (comparison, resistance, total))
     });
-    table(
-        totals,
-        &[
-            ("measure", |(comparison, _, _)| comparison.measure.name().to_owned()),
-            ("threshold", |(comparison, _, _)| comparison.threshold.to_string()),
-            ("resistance", |(_, resistance, _)| (*resistance).clone()),
-            ("better", |(_, _, total)| total.better.to_string()),
-            ("worse", |(_, _, total)| total.worse.to_string()),
-            ("same", |(_, _, total)| total.same.to_string()),
-            ("subjects_better", |(_, _, total)| total.subjects_better.to_string()),
-            ("subjects_worse", |(_, _, total)| total.subjects_worse.to_string()),
-            ("sign_test_p", |(_, _, total)| total.sign_test_p.to_string()),
-        ],
-    )
+    Tidy::of(analysis.operator, totals)
+        .with("measure", |(comparison, ..)| comparison.measure.name())
+        .with("threshold", |(comparison, ..)| comparison.threshold)
+        .with("resistance", |(_, resistance, _)| (*resistance).clone())
+        .with("better", |(.., total)| total.better)
+        .with("worse", |(.., total)| total.worse)
+        .with("same", |(.., total)| total.same)
+        .with("subjects_better", |(.., total)| total.subjects_better)
+        .with("subjects_worse", |(.., total)| total.subjects_worse)
+        .with("sign_test_p", |(.., total)| total.sign_test_p)
+        .table
 }
 
 fn pairs(analysis: &FittsAnalysis) -> Table {
     let pairs = analysis.comparisons.iter();
     let pairs = pairs.flat_map(|comparison| comparison.pairs.iter().map(move |pair| (comparison.measure, pair)));
-    table(
-        pairs,
-        &[
-            ("measure", |(measure, _)| measure.name().to_owned()),
-            ("first", |(_, pair)| pair.first.clone()),
-            ("second", |(_, pair)| pair.second.clone()),
-            ("subjects_first", |(_, pair)| pair.subjects_first.to_string()),
-            ("subjects_second", |(_, pair)| pair.subjects_second.to_string()),
-            ("sign_test_p", |(_, pair)| pair.sign_test_p.to_string()),
-        ],
-    )
+    Tidy::of(analysis.operator, pairs)
+        .with("measure", |(measure, _)| measure.name())
+        .with("first", |(_, pair)| pair.first.clone())
+        .with("second", |(_, pair)| pair.second.clone())
+        .with("subjects_first", |(_, pair)| pair.subjects_first)
+        .with("subjects_second", |(_, pair)| pair.subjects_second)
+        .with("sign_test_p", |(_, pair)| pair.sign_test_p)
+        .table
 }
 
 fn beside_paper(analysis: &FittsAnalysis) -> Table {
-    table(
-        &analysis.beside_paper,
-        &[
-            ("resistance", |one| one.resistance.clone()),
-            ("paper_better", |one| one.paper[0].to_string()),
-            ("paper_worse", |one| one.paper[1].to_string()),
-            ("study_better", |one| one.study[0].to_string()),
-            ("study_worse", |one| one.study[1].to_string()),
-            ("fisher_p", |one| one.fisher_p.to_string()),
-        ],
-    )
+    Tidy::of(analysis.operator, &analysis.beside_paper)
+        .with("resistance", |one| one.resistance.clone())
+        .with("paper_better", |one| one.paper[0])
+        .with("paper_worse", |one| one.paper[1])
+        .with("study_better", |one| one.study[0])
+        .with("study_worse", |one| one.study[1])
+        .with("fisher_p", |one| one.fisher_p)
+        .table
 }
 
 fn difficulty(analysis: &FittsAnalysis) -> Table {
-    table(
-        &analysis.difficulty,
-        &[
-            ("resistance", |one| one.resistance.clone()),
-            ("conditions", |one| one.points.len().to_string()),
-            ("intercept_s", |one| cell(one.line.map(|line| line.intercept))),
-            ("intercept_low_s", |one| {
-                low(one.line.map(|line| line.intercept_interval))
-            }),
-            ("intercept_high_s", |one| {
-                high(one.line.map(|line| line.intercept_interval))
-            }),
-            ("slope_s_per_bit", |one| cell(one.line.map(|line| line.slope))),
-            ("slope_low_s_per_bit", |one| {
-                low(one.line.map(|line| line.slope_interval))
-            }),
-            ("slope_high_s_per_bit", |one| {
-                high(one.line.map(|line| line.slope_interval))
-            }),
-            ("r_squared", |one| cell(one.line.map(|line| line.r_squared))),
-            ("residual_deviation_s", |one| {
-                cell(one.line.map(|line| line.residual_deviation))
-            }),
-            ("refused", |one| cell(one.refused.as_ref())),
-        ],
-    )
+    Tidy::of(analysis.operator, &analysis.difficulty)
+        .with("resistance", |one| one.resistance.clone())
+        .with("conditions", |one| one.points.len())
+        .maybe("intercept_s", |one| one.line.map(|line| line.intercept))
+        .interval("intercept_{}_s", |one| one.line.map(|line| line.intercept_interval))
+        .maybe("slope_s_per_bit", |one| one.line.map(|line| line.slope))
+        .interval("slope_{}_s_per_bit", |one| one.line.map(|line| line.slope_interval))
+        .maybe("r_squared", |one| one.line.map(|line| line.r_squared))
+        .maybe("residual_deviation_s", |one| {
+            one.line.map(|line| line.residual_deviation)
+        })
+        .maybe("refused", |one| one.refused.clone())
+        .table
 }
 
 fn difficulty_points(analysis: &FittsAnalysis) -> Table {
     let points = analysis.difficulty.iter();
     let points = points.flat_map(|one| one.points.iter().map(move |point| (&one.resistance, point)));
-    table(
-        points,
-        &[
-            ("resistance", |(resistance, _)| (*resistance).clone()),
-            ("condition", |(_, point)| point.condition.clone()),
-            ("difficulty_bit", |(_, point)| point.difficulty_bit.to_string()),
-            ("movements", |(_, point)| point.movements.to_string()),
-            ("movement_time_s", |(_, point)| point.movement_time_s.to_string()),
-            ("movement_time_low_s", |(_, point)| low(point.movement_time_interval_s)),
-            ("movement_time_high_s", |(_, point)| {
-                high(point.movement_time_interval_s)
-            }),
-        ],
-    )
+    Tidy::of(analysis.operator, points)
+        .with("resistance", |(resistance, _)| (*resistance).clone())
+        .with("condition", |(_, point)| point.condition.clone())
+        .with("difficulty_bit", |(_, point)| point.difficulty_bit)
+        .with("movements", |(_, point)| point.movements)
+        .with("movement_time_s", |(_, point)| point.movement_time_s)
+        .interval("movement_time_{}_s", |(_, point)| point.movement_time_interval_s)
+        .table
 }
 
-fn sequences(analysis: &FittsAnalysis) -> Table {
-    table(
-        &analysis.sequences,
-        &[
-            (SUBJECT, |one| one.subject.clone()),
-            ("block", |one| one.block.to_string()),
-            ("resistance", |one| one.resistance.clone()),
-            ("condition", |one| one.condition.clone()),
-            ("trials", |one| one.trials.to_string()),
-            ("error_rate", |one| one.error_rate.to_string()),
-            ("effective_amplitude_m", |one| one.effective_amplitude_m.to_string()),
-            ("end_deviation_m", |one| one.end_deviation_m.to_string()),
-            ("effective_width_m", |one| one.effective_width_m.to_string()),
-            ("effective_id_bit", |one| one.effective_id_bit.to_string()),
-            ("movement_time_s", |one| one.movement_time_s.to_string()),
-            ("throughput_bit_per_s", |one| one.throughput_bit_per_s.to_string()),
-        ],
-    )
+fn sequences(analysis: &FittsAnalysis, subjects: &SubjectTable) -> Table {
+    Tidy::of(analysis.operator, &analysis.sequences)
+        .with(SUBJECT, |one| one.subject.clone())
+        .with("block", |one| one.block)
+        .with("resistance", |one| one.resistance.clone())
+        .with("condition", |one| one.condition.clone())
+        .with("trials", |one| one.trials)
+        .with("error_rate", |one| one.error_rate)
+        .with("effective_amplitude_m", |one| one.throughput.effective_amplitude_m)
+        .with("end_deviation_m", |one| one.throughput.end_deviation_m)
+        .with("effective_width_m", |one| one.throughput.effective_width_m)
+        .with("effective_id_bit", |one| one.throughput.effective_id_bit)
+        .with("movement_time_s", |one| one.throughput.movement_time_s)
+        .with("throughput_bit_per_s", |one| one.throughput.throughput_bit_per_s)
+        .with_fields(subjects, |one| Some(&one.subject))
+        .table
 }
 
-fn differences(analysis: &FittsAnalysis) -> Table {
-    table(
-        &analysis.differences,
-        &[
-            (SUBJECT, |one| one.subject.clone()),
-            ("resistance", |one| one.resistance.clone()),
-            ("condition", |one| one.condition.clone()),
-            ("difficulty_bit", |one| one.difficulty_bit.to_string()),
-            ("time_s", |one| one.time_s.to_string()),
-            ("errors", |one| one.errors.to_string()),
-            ("error_size_m", |one| cell(one.error_size_m)),
-        ],
-    )
+fn differences(analysis: &FittsAnalysis, subjects: &SubjectTable) -> Table {
+    Tidy::of(analysis.operator, &analysis.differences)
+        .with(SUBJECT, |one| one.subject.clone())
+        .with("resistance", |one| one.resistance.clone())
+        .with("condition", |one| one.condition.clone())
+        .with("difficulty_bit", |one| one.difficulty_bit)
+        .with("time_s", |one| one.time_s)
+        .with("errors", |one| one.errors)
+        .maybe("error_size_m", |one| one.error_size_m)
+        .with_fields(subjects, |one| Some(&one.subject))
+        .table
 }
 
 fn thresholds_by_case(analysis: &PerceptionAnalysis) -> Table {
-    let mut table = table(
-        &analysis.cases,
-        &[
-            ("case", |one| format!("{:?}", one.case)),
-            ("method", |one| one.method.name().to_owned()),
-            ("subjects", |one| one.subjects.len().to_string()),
-            ("subjects_fitted", |one| {
-                one.jnd_n.map_or(0, |mean| mean.count).to_string()
-            }),
-            ("jnd_N", |one| cell(one.jnd_n.map(|mean| mean.value))),
-            ("jnd_low_N", |one| low(one.jnd_n.and_then(|mean| mean.interval))),
-            ("jnd_high_N", |one| high(one.jnd_n.and_then(|mean| mean.interval))),
-            ("subjects_by_staircase", |one| {
-                one.staircase_n.map_or(0, |mean| mean.count).to_string()
-            }),
-            ("staircase_N", |one| cell(one.staircase_n.map(|mean| mean.value))),
-            ("staircase_low_N", |one| {
-                low(one.staircase_n.and_then(|mean| mean.interval))
-            }),
-            ("staircase_high_N", |one| {
-                high(one.staircase_n.and_then(|mean| mean.interval))
-            }),
-            ("pooled_N", |one| cell(one.pooled.fit.map(|fit| fit.threshold))),
-            ("pooled_low_N", |one| {
-                low(one.pooled.intervals.map(|found| found.threshold_interval))
-            }),
-            ("pooled_high_N", |one| {
-                high(one.pooled.intervals.map(|found| found.threshold_interval))
-            }),
-            ("pooled_width_N", |one| cell(one.pooled.width_n())),
-            ("pooled_lapse", |one| cell(one.pooled.fit.map(|fit| fit.lapse))),
-            ("pooled_refused", |one| cell(one.pooled.refused.as_ref())),
-        ],
-    );
+    let tidy = Tidy::of(analysis.operator, &analysis.cases)
+        .with("case", |one| format!("{:?}", one.case))
+        .with("method", |one| one.method.name())
+        .with("subjects", |one| one.subjects.len())
+        .with("subjects_fitted", |one| one.jnd_n.map_or(0, |mean| mean.count))
+        .maybe("jnd_N", |one| one.jnd_n.map(|mean| mean.value))
+        .interval("jnd_{}_N", |one| one.jnd_n?.interval)
+        .with("subjects_by_staircase", |one| {
+            one.staircase_n.map_or(0, |mean| mean.count)
+        })
+        .maybe("staircase_N", |one| one.staircase_n.map(|mean| mean.value))
+        .interval("staircase_{}_N", |one| one.staircase_n?.interval)
+        .maybe("pooled_N", |one| one.pooled.fit.map(|fit| fit.threshold))
+        .interval("pooled_{}_N", |one| Some(one.pooled.intervals?.threshold_interval))
+        .maybe("pooled_width_N", |one| one.pooled.width_n())
+        .maybe("pooled_lapse", |one| one.pooled.fit.map(|fit| fit.lapse))
+        .maybe("pooled_refused", |one| one.pooled.refused.clone());
     if analysis.cases.iter().any(|case| case.paper_jnd_n.is_some()) {
-        table.rows[0].push("paper_jnd_N".to_owned());
-        for (row, case) in table.rows[1..].iter_mut().zip(&analysis.cases) {
-            row.push(cell(case.paper_jnd_n));
-        }
+        return tidy.maybe("paper_jnd_N", |one| one.paper_jnd_n).table;
     }
-    table
+    tidy.table
 }
 
-fn thresholds(analysis: &PerceptionAnalysis) -> Table {
-    let subjects = analysis.cases.iter();
-    let subjects = subjects.flat_map(|case| case.subjects.iter().map(move |subject| (case, subject)));
-    let columns: &[Column<(&CaseAnalysis, &SubjectThreshold)>] = &[
-        (SUBJECT, |(_, one)| cell(one.subject.as_ref())),
-        ("case", |(case, _)| format!("{:?}", case.case)),
-        ("method", |(case, _)| case.method.name().to_owned()),
-        ("trials", |(_, one)| one.trials.to_string()),
-        ("threshold_N", |(_, one)| cell(one.fit.map(|fit| fit.threshold))),
-        ("threshold_low_N", |(_, one)| {
-            low(one.intervals.map(|found| found.threshold_interval))
-        }),
-        ("threshold_high_N", |(_, one)| {
-            high(one.intervals.map(|found| found.threshold_interval))
-        }),
-        ("width_N", |(_, one)| cell(one.width_n())),
-        ("width_low_N", |(_, one)| {
-            low(one.intervals.map(|found| found.width_interval))
-        }),
-        ("width_high_N", |(_, one)| {
-            high(one.intervals.map(|found| found.width_interval))
-        }),
-        ("lapse", |(_, one)| cell(one.fit.map(|fit| fit.lapse))),
-        ("deviance", |(_, one)| cell(one.fit.map(|fit| fit.deviance))),
-        ("worse_fits", |(_, one)| {
-            cell(one.intervals.map(|found| found.worse_fits))
-        }),
-        ("refused", |(_, one)| cell(one.refused.as_ref())),
-        ("staircase_N", |(_, one)| {
-            cell(one.staircase.map(|found| found.threshold))
-        }),
-        ("staircase_deviation_N", |(_, one)| {
-            cell(one.staircase.map(|found| found.deviation))
-        }),
-        ("staircase_reversals", |(_, one)| {
-            cell(one.staircase.map(|found| found.reversals))
-        }),
-        ("staircase_refused", |(_, one)| cell(one.staircase_refused.as_ref())),
-    ];
-    table(subjects, columns)
+fn thresholds(analysis: &PerceptionAnalysis, subjects: &SubjectTable) -> Table {
+    let all = analysis.cases.iter();
+    let all = all.flat_map(|case| case.subjects.iter().map(move |subject| (case, subject)));
+    Tidy::of(analysis.operator, all)
+        .maybe(SUBJECT, |(_, one)| one.subject.clone())
+        .with("case", |(case, _)| format!("{:?}", case.case))
+        .with("method", |(case, _)| case.method.name())
+        .with("trials", |(_, one)| one.trials)
+        .maybe("threshold_N", |(_, one)| one.fit.map(|fit| fit.threshold))
+        .interval("threshold_{}_N", |(_, one)| Some(one.intervals?.threshold_interval))
+        .maybe("width_N", |(_, one)| one.width_n())
+        .interval("width_{}_N", |(_, one)| Some(one.intervals?.width_interval))
+        .maybe("lapse", |(_, one)| one.fit.map(|fit| fit.lapse))
+        .maybe("deviance", |(_, one)| one.fit.map(|fit| fit.deviance))
+        .maybe("worse_fits", |(_, one)| one.intervals.map(|found| found.worse_fits))
+        .maybe("refused", |(_, one)| one.refused.clone())
+        .maybe("staircase_N", |(_, one)| one.staircase.map(|found| found.threshold))
+        .maybe("staircase_deviation_N", |(_, one)| {
+            one.staircase.map(|found| found.deviation)
+        })
+        .maybe("staircase_reversals", |(_, one)| {
+            one.staircase.map(|found| found.reversals)
+        })
+        .maybe("staircase_refused", |(_, one)| one.staircase_refused.clone())
+        .with_fields(subjects, |(_, one)| one.subject.as_ref())
+        .table
 }
 
 /// What the figure of the psychometric functions shows: all subjects' answers by level.
 fn shares(analysis: &PerceptionAnalysis) -> Table {
     let levels = analysis.cases.iter();
     let levels = levels.flat_map(|case| case.pooled.levels.iter().map(move |level| (case, level)));
-    table(
-        levels,
-        &[
-            ("case", |(case, _)| format!("{:?}", case.case)),
-            ("method", |(case, _)| case.method.name().to_owned()),
-            ("level_N", |(_, level)| level.level.to_string()),
-            ("trials", |(_, level)| level.trials.to_string()),
-            ("correct", |(_, level)| level.correct.to_string()),
-            ("share", |(_, level)| {
-                (f64::from(level.correct) / f64::from(level.trials)).to_string()
-            }),
-            ("share_low", |(_, level)| {
-                low(Some(share_interval(level.correct, level.trials)))
-            }),
-            ("share_high", |(_, level)| {
-                high(Some(share_interval(level.correct, level.trials)))
-            }),
-        ],
-    )
+    Tidy::of(analysis.operator, levels)
+        .with("case", |(case, _)| format!("{:?}", case.case))
+        .with("method", |(case, _)| case.method.name())
+        .with("level_N", |(_, level)| level.level)
+        .with("trials", |(_, level)| level.trials)
+        .with("correct", |(_, level)| level.correct)
+        .with("share", |(_, level)| f64::from(level.correct) / f64::from(level.trials))
+        .interval("share_{}", |(_, level)| {
+            Some(share_interval(level.correct, level.trials))
+        })
+        .table
 }

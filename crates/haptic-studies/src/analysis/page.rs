@@ -22,16 +22,28 @@ const MARGIN: f64 = 0.06;
 /// The charts of a targeting task, by the name of the picture that holds them.
 pub(super) fn fitts_charts(analysis: &FittsAnalysis, trajectories: &[Trajectory]) -> Vec<(&'static str, Vec<Chart>)> {
     let resistances = analysis.comparisons.first().map(|comparison| &comparison.resistances);
-    let quadrants = |of: fn(&[Difference], &str) -> Option<Chart>| {
+    let quadrants = |what, across, least, of: fn(&Difference) -> Option<[f64; 2]>| {
         let resistances = resistances.into_iter().flatten();
+        let differences = &analysis.differences;
         resistances
-            .filter_map(|resistance| of(&analysis.differences, resistance))
+            .filter_map(|resistance| quadrant((differences, resistance, least), what, across, of))
             .collect()
     };
     let charts = vec![
         ("difficulty", vec![difficulty(analysis)]),
-        ("quadrants-errors", quadrants(against_errors)),
-        ("quadrants-size", quadrants(against_size)),
+        (
+            "quadrants-errors",
+            // So far that the axis counts by whole errors.
+            quadrants("errors", "Errors less baseline", 2.5, |one| {
+                Some([one.errors, one.time_s])
+            }),
+        ),
+        (
+            "quadrants-size",
+            quadrants("size", "Error size less baseline (mm)", 1.0, |one| {
+                Some([1e3 * one.error_size_m?, one.time_s])
+            }),
+        ),
         ("trajectories", courses(trajectories)),
     ];
     marked(charts, analysis.operator)
@@ -126,25 +138,7 @@ fn sizes(counts: impl Iterator<Item = usize> + Clone, of: &str) -> String {
     format!("area: {least} to {most} {of}")
 }
 
-/// Difference in time against that in errors.
-fn against_errors(differences: &[Difference], resistance: &str) -> Option<Chart> {
-    let of = |one: &Difference| Some([one.errors, one.time_s]);
-    // So far that the axis counts by whole errors.
-    quadrant((differences, resistance, 2.5), "errors", "Errors less baseline", of)
-}
-
-/// Difference in time against that in the errors' mean size.
-fn against_size(differences: &[Difference], resistance: &str) -> Option<Chart> {
-    let of = |one: &Difference| Some([1e3 * one.error_size_m?, one.time_s]);
-    quadrant(
-        (differences, resistance, 1.0),
-        "size",
-        "Error size less baseline (mm)",
-        of,
-    )
-}
-
-/// A disc for each subject and condition. Left and below are better. The horizontal axis goes at least so far.
+/// Difference in time against another: a disc for each subject and condition. Left and below are better. The horizontal axis goes at least so far.
 fn quadrant(
     (differences, resistance, least): (&[Difference], &str, f64),
     what: &str,

@@ -4,7 +4,7 @@ use super::error::Refusal;
 use super::segments::Segment;
 use crate::trial::FittsTrial;
 use haptic_lab::stats::mean::{clustered_mean, mean};
-use haptic_lab::stats::throughput::{Movement, Task, throughput};
+use haptic_lab::stats::throughput::{Movement, Task, Throughput, throughput};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -24,18 +24,9 @@ pub struct Sequence {
     /// Share of the movements with an invalid click, or with an end more than half the target's width beside its
     /// centre.
     pub error_rate: f64,
-    /// Effective amplitude, m.
-    pub effective_amplitude_m: f64,
-    /// Standard deviation of the ends, m.
-    pub end_deviation_m: f64,
-    /// Effective width, m.
-    pub effective_width_m: f64,
-    /// Effective index of difficulty, bit.
-    pub effective_id_bit: f64,
-    /// Mean movement time, s.
-    pub movement_time_s: f64,
-    /// Throughput, bit/s.
-    pub throughput_bit_per_s: f64,
+    /// What they amount to.
+    #[serde(flatten)]
+    pub throughput: Throughput,
 }
 
 /// Means over sequences.
@@ -89,7 +80,7 @@ fn sequence(segment: &Segment<'_>, task: Task) -> Result<Sequence, haptic_lab::s
             movement_time_s: trial.movement_time_s,
         })
         .collect();
-    let found = throughput(&movements, task)?;
+    let throughput = throughput(&movements, task)?;
     let is_error = |trial: &FittsTrial| trial.errors > 0 || trial.end_error_m.abs() > 0.5 * trial.width_m;
     let errors = segment.trials.iter().map(|trial| f64::from(u8::from(is_error(trial))));
     let errors: Vec<f64> = errors.collect();
@@ -100,12 +91,7 @@ fn sequence(segment: &Segment<'_>, task: Task) -> Result<Sequence, haptic_lab::s
         condition: segment.condition.to_owned(),
         trials: segment.trials.len(),
         error_rate: mean(&errors),
-        effective_amplitude_m: found.effective_amplitude_m,
-        end_deviation_m: found.end_deviation_m,
-        effective_width_m: found.effective_width_m,
-        effective_id_bit: found.effective_id_bit,
-        movement_time_s: found.movement_time_s,
-        throughput_bit_per_s: found.throughput_bit_per_s,
+        throughput,
     })
 }
 
@@ -122,7 +108,7 @@ impl Summary {
         let mut by_subject: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
         for sequence in sequences {
             let values = by_subject.entry(&sequence.subject).or_default();
-            values.push(sequence.throughput_bit_per_s);
+            values.push(sequence.throughput.throughput_bit_per_s);
         }
         let clusters: Vec<Vec<f64>> = by_subject.into_values().collect();
         let throughput = clustered_mean(&clusters);
@@ -132,10 +118,10 @@ impl Summary {
             subject_count: clusters.len(),
             throughput_bit_per_s: throughput.value,
             throughput_interval_bit_per_s: throughput.interval,
-            effective_amplitude_m: mean_of(|one| one.effective_amplitude_m),
-            effective_width_m: mean_of(|one| one.effective_width_m),
-            effective_id_bit: mean_of(|one| one.effective_id_bit),
-            movement_time_s: mean_of(|one| one.movement_time_s),
+            effective_amplitude_m: mean_of(|one| one.throughput.effective_amplitude_m),
+            effective_width_m: mean_of(|one| one.throughput.effective_width_m),
+            effective_id_bit: mean_of(|one| one.throughput.effective_id_bit),
+            movement_time_s: mean_of(|one| one.throughput.movement_time_s),
             error_rate: mean_of(|one| one.error_rate),
         })
     }

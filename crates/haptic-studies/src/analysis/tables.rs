@@ -1,6 +1,6 @@
 //! The analysis as tables for people: for a terminal of 80 columns, or for a page.
 
-use super::comparison::{Comparison, Counts, Measure};
+use super::comparison::{Comparison, Counts, Measure, Total};
 use super::perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold, unlike_means};
 use super::{FittsAnalysis, Summary};
 use crate::trial::{Method, Operator};
@@ -122,30 +122,20 @@ fn throughput(analysis: &FittsAnalysis) -> Table {
     )
 }
 
-pub(super) const fn file(measure: Measure) -> &'static str {
-    match measure {
-        Measure::Time => "table-3-time",
-        Measure::Errors => "table-4-errors",
-        Measure::ErrorSize => "table-5-error-size",
-    }
+/// The name of the file of a measure.
+pub(super) fn file(measure: Measure) -> String {
+    format!("table-{}-{}", measure.table(), measure.name().replace('_', "-"))
 }
 
 fn caption(comparison: &Comparison) -> String {
-    let threshold = comparison.threshold;
-    match comparison.measure {
-        Measure::Time => {
-            format!("Time of a segment, better/worse by {threshold} s (Richard and Cutkosky, Table 3)")
-        }
-        Measure::Errors => {
-            format!("Errors of a segment, better/worse by {threshold} (Richard and Cutkosky, Table 4)")
-        }
-        Measure::ErrorSize => {
-            format!(
-                "Mean size of the errors, better/worse by {} mm (Richard and Cutkosky, Table 5)",
-                1e3 * threshold
-            )
-        }
-    }
+    let (measure, threshold) = (comparison.measure, comparison.threshold);
+    let (what, size) = match measure {
+        Measure::Time => ("Time of a segment", format!("{threshold} s")),
+        Measure::Errors => ("Errors of a segment", threshold.to_string()),
+        Measure::ErrorSize => ("Mean size of the errors", format!("{} mm", 1e3 * threshold)),
+    };
+    let table = measure.table();
+    format!("{what}, better/worse by {size} (Richard and Cutkosky, Table {table})")
 }
 
 /// The resistances as they fit beside one another.
@@ -168,49 +158,46 @@ fn parts(resistances: &[String], room: usize) -> Vec<Vec<usize>> {
 
 /// Better and worse by index of difficulty and resistance. A star marks a sign test below 0.05.
 fn counts(comparison: &Comparison, places: &[usize]) -> Table {
-    let head: Vec<&str> = ["condition", "ID bit"]
-        .into_iter()
-        .chain(places.iter().map(|&place| comparison.resistances[place].as_str()))
-        .collect();
-    let cell = |counts: &Counts| {
-        let star = if counts.sign_test_p < 0.05 { "*" } else { "" };
-        format!("{}/{}{star}", counts.better, counts.worse)
-    };
-    let rows = comparison.rows.iter().map(|row| {
-        [row.condition.clone(), format!("{:.3}", row.difficulty_bit)]
-            .into_iter()
-            .chain(places.iter().map(|&place| cell(&row.counts[place])))
-            .collect()
-    });
-    let sums = |name: &str, cell: &dyn Fn(usize) -> String| -> Vec<String> {
-        [name.to_owned(), String::new()]
+    let row = |first: &str, second: &str, cell: &dyn Fn(usize) -> String| -> Vec<String> {
+        let first = [first, second].map(str::to_owned);
+        first
             .into_iter()
             .chain(places.iter().map(|&place| cell(place)))
             .collect()
     };
-    let totals = &comparison.totals;
-    let sums = [
-        sums("sum", &|place| {
-            format!("{}/{}", totals[place].better, totals[place].worse)
+    let mut rows = vec![row("condition", "ID bit", &|place| {
+        comparison.resistances[place].clone()
+    })];
+    rows.extend(comparison.rows.iter().map(|condition| {
+        row(
+            &condition.condition,
+            &format!("{:.3}", condition.difficulty_bit),
+            &|place| {
+                let counts: &Counts = &condition.counts[place];
+                let star = if counts.sign_test_p < 0.05 { "*" } else { "" };
+                format!("{}/{}{star}", counts.better, counts.worse)
+            },
+        )
+    }));
+    let sums = |name: &str, cell: &dyn Fn(&Total) -> String| row(name, "", &|place| cell(&comparison.totals[place]));
+    rows.extend([
+        sums("sum", &|total| format!("{}/{}", total.better, total.worse)),
+        sums("subjects", &|total| {
+            format!("{}/{}", total.subjects_better, total.subjects_worse)
         }),
-        sums("subjects", &|place| {
-            format!("{}/{}", totals[place].subjects_better, totals[place].subjects_worse)
-        }),
-        sums("p", &|place| probability(totals[place].sign_test_p)),
-    ];
-    table(&caption(comparison), &head, rows.chain(sums))
+        sums("p", &|total| probability(total.sign_test_p)),
+    ]);
+    Table {
+        caption: caption(comparison),
+        rows,
+    }
 }
 
 fn pairs(comparisons: &[Comparison]) -> Table {
     let rows = comparisons.iter().flat_map(|comparison| {
-        let measure = match comparison.measure {
-            Measure::Time => "time",
-            Measure::Errors => "errors",
-            Measure::ErrorSize => "error size",
-        };
-        comparison.pairs.iter().map(move |pair| {
+        comparison.pairs.iter().map(|pair| {
             vec![
-                measure.to_owned(),
+                comparison.measure.name().replace('_', " "),
                 pair.first.clone(),
                 pair.second.clone(),
                 pair.subjects_first.to_string(),

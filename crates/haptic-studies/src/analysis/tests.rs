@@ -4,7 +4,7 @@ mod answers;
 mod files;
 
 use super::*;
-use crate::plan::{self, Plan};
+use crate::small_plans::{fitts_plan, perception_plan};
 use crate::subject_table::SubjectTable;
 use crate::trial::{Case, Method, PerceptionTrial};
 use serde_json::Value;
@@ -21,14 +21,12 @@ fn segment(
     (1..)
         .zip(times_s)
         .map(|(trial, movement_time_s)| FittsTrial {
-            operator: None,
             subject: subject.to_owned(),
             session: 1,
             block,
             resistance: resistance.to_owned(),
             condition: condition.to_owned(),
             trial,
-            direction: None,
             amplitude_m: 0.32,
             width_m,
             cursor_diameter_m: Some(0.04),
@@ -36,14 +34,7 @@ fn segment(
             movement_time_s,
             errors: if trial == 1 { errors } else { 0 },
             error_size_m: Some(if trial == 1 { error_size_m } else { 0.0 }),
-            start_tick: None,
-            end_tick: None,
-            scene_revision: None,
-            voided: 0,
-            cursor_latency_s: None,
-            cursor_latency_p95_s: None,
-            frame_rate_hz: None,
-            recording: None,
+            ..FittsTrial::default()
         })
         .collect()
 }
@@ -83,6 +74,17 @@ fn study() -> Vec<FittsTrial> {
 
 fn analysed(trials: &[FittsTrial]) -> FittsAnalysis {
     fitts(trials, BASELINE, &Thresholds::PAPER, Task::Serial).expect("an analysis")
+}
+
+/// The files of an analysis.
+fn files_of(found: &FittsAnalysis) -> Vec<(String, Vec<u8>)> {
+    fitts_files(found, &[], &SubjectTable::default(), "A study")
+}
+
+/// The text of a file.
+fn text_of<'a>(files: &'a [(String, Vec<u8>)], name: &str) -> &'a str {
+    let (_, bytes) = files.iter().find(|(found, _)| found == name).expect(name);
+    std::str::from_utf8(bytes).expect("text")
 }
 
 #[test]
@@ -146,27 +148,26 @@ fn a_baseline_of_another_name_is_what_others_are_compared_with() {
     assert!(of(BASELINE).comparisons.is_empty());
 }
 
-/// The built-in targeting task, changed.
-fn fitts_plan(change: impl Fn(&mut crate::plan::FittsPlan)) -> crate::plan::FittsPlan {
-    let Ok(Plan::Fitts(mut plan)) = Plan::read(plan::Task::Fitts.built_in_plan()) else {
-        panic!("a plan")
-    };
-    change(&mut plan);
-    plan
-}
-
 #[test]
 fn the_papers_values_stand_beside_the_papers_study_alone() {
     let mut found = analysed(&study());
     assert!(found.beside_paper.is_empty(), "the rows alone do not say what was felt");
-    let mut beside = |change: &dyn Fn(&mut crate::plan::FittsPlan)| {
-        found.put_beside_paper(&fitts_plan(change));
+    found.put_beside_paper(&fitts_plan());
+    let real = &found.beside_paper[0];
+    assert_eq!((real.paper, real.study), ([74, 50], [3, 0]));
+    // Of 77 better and 50 worse, 3 are drawn in C(127,3) = 333375 ways; as unlikely as 3 better (73150) or less likely
+    // are only 3 worse (19600).
+    assert!((real.fisher_p - 92_750.0 / 333_375.0).abs() < 1e-9, "{real:?}");
+    let mut beside = |change: &dyn Fn(&mut FittsPlan)| {
+        let mut plan = fitts_plan();
+        change(&mut plan);
+        found.put_beside_paper(&plan);
         let names = found.beside_paper.iter().map(|one| one.resistance.clone());
         names.collect::<Vec<_>>()
     };
     assert_eq!(beside(&|_| {}), ["real", "viscous"]);
     assert_eq!(beside(&|plan| plan.rest_s = 30.0), ["real", "viscous"]);
-    let felt = |plan: &mut crate::plan::FittsPlan, from: &str, to: &str| {
+    let felt = |plan: &mut FittsPlan, from: &str, to: &str| {
         let of = |name: &str| {
             plan.resistances
                 .iter()
@@ -181,9 +182,7 @@ fn the_papers_values_stand_beside_the_papers_study_alone() {
     assert!(beside(&|plan| felt(plan, "simulated", "baseline")).is_empty());
     assert!(beside(&|plan| plan.conditions[0].width_m *= 2.0).is_empty());
 
-    let Ok(Plan::Perception(mut plan)) = Plan::read(plan::Task::Perception.built_in_plan()) else {
-        panic!("a plan")
-    };
+    let mut plan = perception_plan();
     let mut found = twice(&[(0.1, 11), (0.2, 12), (0.3, 14), (0.4, 16), (0.5, 18), (0.6, 19)]);
     let has_paper = |found: &PerceptionAnalysis| {
         let tables = [
@@ -205,7 +204,7 @@ fn the_papers_values_stand_beside_the_papers_study_alone() {
         (found.cases[0].paper_jnd_n, has_paper(&found)),
         (Some(0.78), vec![true, true])
     );
-    plan.base.friction = fitts_plan(|_| {}).resistances[4].rendered().friction;
+    plan.base.friction = fitts_plan().resistances[4].rendered().friction;
     found.put_beside_paper(&plan);
     assert_eq!(
         (found.cases[0].paper_jnd_n, has_paper(&found)),
@@ -214,29 +213,20 @@ fn the_papers_values_stand_beside_the_papers_study_alone() {
 }
 
 #[test]
-fn a_study_stands_beside_the_papers_totals_with_fishers_test() {
-    let mut found = analysed(&study());
-    found.put_beside_paper(&fitts_plan(|_| {}));
-    let real = &found.beside_paper[0];
-    assert_eq!(
-        (real.resistance.as_str(), real.paper, real.study),
-        ("real", [74, 50], [3, 0])
-    );
-    // Of 77 better and 50 worse, 3 are drawn in C(127,3) = 333375 ways; as unlikely as 3 better (73150) or less likely
-    // are only 3 worse (19600).
-    assert!((real.fisher_p - 92_750.0 / 333_375.0).abs() < 1e-9, "{real:?}");
-    assert_eq!(found.beside_paper.len(), 2);
-}
-
-#[test]
 fn throughput_is_the_mean_over_sequences() {
     let found = analysed(&study());
     // dx 10 and -10 mm: Ae = 320 + (10 - 10 + 0 + 10) / 2 = 325 mm; SDx = sqrt(200) = 14.142 mm; We = 58.446 mm;
     // IDe = log2(325 / 58.446 + 1) = 2.713859 bit in every sequence.
     let first = &found.sequences[0];
-    assert!((first.effective_amplitude_m - 0.325).abs() < 1e-12, "{first:?}");
-    assert!((first.effective_width_m - 0.058_445_647).abs() < 1e-8, "{first:?}");
-    assert!((first.effective_id_bit - 2.713_86).abs() < 1e-4, "{first:?}");
+    assert!(
+        (first.throughput.effective_amplitude_m - 0.325).abs() < 1e-12,
+        "{first:?}"
+    );
+    assert!(
+        (first.throughput.effective_width_m - 0.058_445_647).abs() < 1e-8,
+        "{first:?}"
+    );
+    assert!((first.throughput.effective_id_bit - 2.713_86).abs() < 1e-4, "{first:?}");
     // real took 0.75, 1.7, 0.8 and 1.7 s: the mean of the inverses is 0.939951 / s.
     let real = &found.by_resistance[1];
     assert_eq!(
@@ -244,7 +234,7 @@ fn throughput_is_the_mean_over_sequences() {
         (Some("real"), 4, 2)
     );
     assert!(
-        (real.throughput_bit_per_s / first.effective_id_bit - 0.939_951).abs() < 1e-6,
+        (real.throughput_bit_per_s / first.throughput.effective_id_bit - 0.939_951).abs() < 1e-6,
         "{real:?}"
     );
     assert!(real.throughput_interval_bit_per_s.is_some());
@@ -371,12 +361,13 @@ fn what_a_segment_cannot_tell_is_refused_and_the_rest_stands() {
     assert_eq!(measures[..2], [Measure::Time, Measure::Errors]);
 }
 
-fn answers(case: Case, method: Method, answers: &[(f64, bool, bool)]) -> Vec<PerceptionTrial> {
+/// A subject's answers: the level, whether it is correct, and whether the staircase turned.
+fn answers(subject: &str, case: Case, method: Method, answers: &[(f64, bool, bool)]) -> Vec<PerceptionTrial> {
     (1..)
         .zip(answers)
         .map(|(trial, (level_n, correct, reversal))| PerceptionTrial {
             operator: None,
-            subject: "01".to_owned(),
+            subject: subject.to_owned(),
             session: 1,
             case,
             method,
@@ -399,14 +390,24 @@ fn answers(case: Case, method: Method, answers: &[(f64, bool, bool)]) -> Vec<Per
         .collect()
 }
 
+/// A subject's answers to constant stimuli: of `each` at every level, so many are correct.
+fn constant(subject: &str, levels: &[(f64, usize)], each: usize) -> Vec<PerceptionTrial> {
+    let at_level = |&(level, correct)| (0..each).map(move |place| (level, place < correct, false));
+    let own: Vec<(f64, bool, bool)> = levels.iter().flat_map(at_level).collect();
+    answers(subject, Case::A, Method::Constant, &own)
+}
+
 #[test]
 fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
-    let levels = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8]
-        .into_iter()
-        .zip([21, 24, 27, 32, 35, 37, 39]);
-    let constant: Vec<(f64, bool, bool)> = levels
-        .flat_map(|(level, correct)| (0..40).map(move |place| (level, place < correct, false)))
-        .collect();
+    let levels = [
+        (0.1, 21),
+        (0.2, 24),
+        (0.3, 27),
+        (0.4, 32),
+        (0.5, 35),
+        (0.6, 37),
+        (0.8, 39),
+    ];
     // Reversals at 3.0 2.0 2.6 2.2 | 2.8 2.4 2.6 2.2: the first four do not count, and the mean of the rest is 2.5.
     let staircase: Vec<(f64, bool, bool)> = [3.0, 2.0, 2.6, 2.2, 2.8, 2.4, 2.6, 2.2]
         .into_iter()
@@ -414,8 +415,8 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
         .map(|(place, level)| (level, place % 2 == 0, true))
         .collect();
     let mut trials = [
-        answers(Case::A, Method::Constant, &constant),
-        answers(Case::B, Method::Staircase, &staircase),
+        constant("01", &levels, 40),
+        answers("01", Case::B, Method::Staircase, &staircase),
     ]
     .concat();
     let found = perception(&trials, None, 1).expect("an analysis");
@@ -450,13 +451,13 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
             "psychometric.csv"
         ]
     );
-    let picture = String::from_utf8_lossy(&files[1].1);
+    let picture = text_of(&files, "psychometric.svg");
     assert!(picture.starts_with("<svg") && picture.contains("Case A"));
     assert!(
         picture.contains("area: 1 to 2 answers") && picture.contains("Not fitted: "),
         "{picture}"
     );
-    let page = String::from_utf8(files[0].1.clone()).expect("text");
+    let page = text_of(&files, "analysis.html");
     assert!(page.contains("threshold 0.355 N") && page.contains("Case B"));
     fastrand::Rng::with_seed(1).shuffle(&mut trials);
     assert_eq!(perception(&trials, None, 1).expect("an analysis"), found);
@@ -471,16 +472,8 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
 
 /// Two subjects with the same answers: of 20 at each level, so many are correct.
 fn twice(levels: &[(f64, usize)]) -> PerceptionAnalysis {
-    let own = levels
-        .iter()
-        .flat_map(|&(level, correct)| (0..20).map(move |place| (level, place < correct, false)));
-    let own: Vec<(f64, bool, bool)> = own.collect();
-    let trials = ["01", "02"].into_iter().flat_map(|subject| {
-        let mut own = answers(Case::A, Method::Constant, &own);
-        own.iter_mut().for_each(|trial| trial.subject = subject.to_owned());
-        own
-    });
-    perception(&trials.collect::<Vec<_>>(), None, 1).expect("an analysis")
+    let trials = ["01", "02"].map(|subject| constant(subject, levels, 20));
+    perception(&trials.concat(), None, 1).expect("an analysis")
 }
 
 #[test]
@@ -495,19 +488,6 @@ fn a_mean_is_no_surer_than_its_subjects() {
         own[1] > own[0] && width(mean) >= 0.999 * width(own) / 2.0_f64.sqrt(),
         "{mean:?} {own:?}"
     );
-}
-
-#[test]
-fn answers_that_jump_at_an_outermost_level_are_refused() {
-    for (levels, at) in [
-        ([(0.1, 15), (0.3, 20), (1.2, 20)], "at the lowest tested level, 0.1,"),
-        ([(0.1, 10), (0.3, 10), (1.2, 15)], "at the highest tested level, 1.2,"),
-    ] {
-        let found = twice(&levels);
-        assert_eq!((found.cases[0].jnd_n, found.refused.len()), (None, 3), "{found:?}");
-        let is_named = |refusal: &Refusal| refusal.why.reason.contains(at);
-        assert!(found.refused.iter().all(is_named), "{:?}", found.refused);
-    }
 }
 
 #[test]

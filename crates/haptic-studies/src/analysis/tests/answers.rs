@@ -3,26 +3,13 @@
 use super::*;
 use haptic_lab::stats::psychometric::{Resampling, bootstrap};
 
-/// The answers of each subject: levels, how many of 20 are correct at each.
-fn of_subjects(subjects: &[[usize; 6]]) -> Vec<PerceptionTrial> {
-    let own = |(number, correct): (usize, &[usize; 6])| {
-        let levels = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6].into_iter().zip(*correct);
-        let own: Vec<(f64, bool, bool)> = levels
-            .flat_map(|(level, correct)| (0..20).map(move |place| (level, place < correct, false)))
-            .collect();
-        let mut own = answers(Case::A, Method::Constant, &own);
-        own.iter_mut().for_each(|trial| trial.subject = format!("{number:02}"));
-        own
-    };
-    subjects.iter().enumerate().flat_map(own).collect()
-}
-
 #[test]
 fn answers_of_unlike_subjects_are_no_independent_answers() {
     let width = |interval: [f64; 2]| interval[1] - interval[0];
-    let early = [12, 16, 19, 20, 20, 20];
-    let late = [10, 10, 11, 12, 16, 19];
-    let found = perception(&of_subjects(&[early, late]), None, 1).expect("an analysis");
+    let early = [(0.1, 12), (0.2, 16), (0.3, 19), (0.4, 20), (0.5, 20), (0.6, 20)];
+    let late = [(0.1, 10), (0.2, 10), (0.3, 11), (0.4, 12), (0.5, 16), (0.6, 19)];
+    let trials = [constant("01", &early, 20), constant("02", &late, 20)].concat();
+    let found = perception(&trials, None, 1).expect("an analysis");
     let pooled = &found.cases[0].pooled;
     let fit = pooled.fit.expect("a fit");
     let independent = bootstrap(&pooled.levels, &fit, Resampling::Parametric, 100, 1).expect("intervals");
@@ -41,18 +28,12 @@ fn climbed(levels: &[f64], has_plan: bool) -> PerceptionAnalysis {
         .zip(levels)
         .map(|(place, level)| (*level, place % 2 == 1, true))
         .collect();
-    let trials = ["01", "02"].into_iter().flat_map(|subject| {
-        let mut own = answers(Case::B, Method::Staircase, &turns);
-        own.iter_mut().for_each(|trial| trial.subject = subject.to_owned());
-        own
-    });
-    let Ok(Plan::Perception(mut plan)) = Plan::read(plan::Task::Perception.built_in_plan()) else {
-        panic!("a plan")
-    };
+    let trials = ["01", "02"].map(|subject| answers(subject, Case::B, Method::Staircase, &turns));
+    let mut plan = perception_plan();
     let test = plan.tests.iter_mut().find_map(|test| test.staircase.as_mut());
     let range = test.expect("a staircase");
     (range.smallest_n, range.largest_n) = (0.5, 1.5);
-    perception(&trials.collect::<Vec<_>>(), has_plan.then_some(&plan), 1).expect("an analysis")
+    perception(&trials.concat(), has_plan.then_some(&plan), 1).expect("an analysis")
 }
 
 #[test]
@@ -138,7 +119,7 @@ fn reason_and_advice_are_two_fields_and_one_text() {
         ),
     ] {
         let same = [0.1, 0.2, 0.3].map(|level| (level, correct, false));
-        let found = perception(&answers(Case::A, Method::Constant, &same), None, 1).expect("an analysis");
+        let found = perception(&answers("01", Case::A, Method::Constant, &same), None, 1).expect("an analysis");
         let json = serde_json::to_value(&found).expect("JSON");
         for why in [&json["refused"][0], &json["cases"][0]["pooled"]["refused"]] {
             assert_eq!(
@@ -149,9 +130,8 @@ fn reason_and_advice_are_two_fields_and_one_text() {
         }
         let files = perception_files(&found, &SubjectTable::default(), "Cases");
         for (name, is_whole) in [("jnd.csv", true), ("psychometric.svg", true), ("jnd.tex", false)] {
-            let (_, bytes) = files.iter().find(|(found, _)| found == name).expect(name);
             // A figure breaks its lines.
-            let file = String::from_utf8_lossy(bytes);
+            let file = text_of(&files, name);
             let has = |text: &str| text.split(' ').all(|word| file.contains(word));
             assert!(has(reason) && has(text) == is_whole, "{name}: {file}");
         }
