@@ -3,8 +3,8 @@
 use crate::change::ChangeArguments;
 use crate::failure::Failure;
 use crate::{
-    advise, commission, compare, describe, devices, drive, generated, get, hint, identify, lease, log, raw,
-    record, recording, replay, scene, schedule, set, simulate, study, surface, wait,
+    advise, commission, compare, describe, devices, drive, generated, get, hint, identify, lease, log, raw, record,
+    recording, replay, scene, schedule, set, simulate, study, surface, wait,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use haptic_ipc::Request;

@@ -255,10 +255,16 @@ fn a_silent_device_is_given_up_and_a_failing_one_says_why() {
         pair.session.measurement(awake_ns).is_ok(),
         "what had come before is read"
     );
-    let lost = pair.session.measurement(awake_ns + SILENCE_NS + 1);
+    let lost = pair.session.measurement(awake_ns + SILENCE_NS + 3);
     assert_eq!(
         (lost, last(&pair)),
         (Err(DeviceError::Disconnected), Some(LinkError::Standstill(2500)))
+    );
+    // One that went on after it keeps silent by itself.
+    let lost = pair.session.measurement(awake_ns + 2 * SILENCE_NS + 1);
+    assert_eq!(
+        (lost, last(&pair)),
+        (Err(DeviceError::Disconnected), Some(LinkError::Silent))
     );
 }
 
