@@ -9,6 +9,7 @@ use crate::{csv, mcap, parquet};
 use haptic_ipc::{Sample, SampleY};
 use std::fs::File;
 use std::io;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use std::slice;
 use std::time::{Duration, Instant};
@@ -67,7 +68,7 @@ pub(crate) trait Sink: Send {
     /// Size by now, bytes.
     fn bytes(&self) -> u64;
 
-    /// Ends it, and waits until it is on the disk; returns its size, bytes.
+    /// Ends it; returns its size, bytes.
     fn finish(self: Box<Self>) -> io::Result<u64>;
 }
 
@@ -264,9 +265,10 @@ fn failed(path: &Path, source: io::Error) -> CreateError {
     }
 }
 
-/// Waits until a file is on the disk. A pipe is on none.
+/// Waits until a file is on the disk. A pipe is on none, nor is a spool that was moved into its recording.
 fn sync(file: &File) -> io::Result<()> {
-    if file.metadata()?.is_file() {
+    let about = file.metadata()?;
+    if about.is_file() && about.nlink() > 0 {
         file.sync_all()?;
     }
     Ok(())

@@ -76,7 +76,7 @@ pub enum Event {
     Started,
     /// The cursor was not wholly inside.
     Missed,
-    /// A trial is done. Keep its row before the next tick.
+    /// A trial is done. Keep its row before the next batch of ticks.
     Hit(Box<FittsTrial>),
 }
 

@@ -107,6 +107,19 @@ proptest! {
         }
     }
 
+    #[test]
+    fn masses_lie_between_the_surveyed_ones_everywhere(hand in workspace(), inertias in (0.1..2.0, 0.1..2.0_f64)) {
+        for kinematics in *ALL {
+            let inertias = inertias.into();
+            let [lightest, heaviest] = kinematics.masses_kg(inertias).map(|worst| worst.value);
+            let jacobian = pose(&kinematics, kinematics.motors(hand).expect("within reach")).jacobian;
+            let ([light, heavy], _) = jacobian.masses_kg(inertias);
+            // Between two places of the grid a mass may lie a little beyond.
+            let is_between = light >= 0.99 * lightest && heavy <= 1.01 * heaviest;
+            prop_assert!(is_between, "{}: {} to {} of {} to {}", kinematics, light, heavy, lightest, heaviest);
+        }
+    }
+
     // hazard: H31
     #[test]
     fn cut_efforts_keep_the_direction_of_the_force(hand in workspace(), force in plane(-50.0..50.0)) {

@@ -11,6 +11,7 @@ use crate::kinematics::Kinematics;
 use crate::protocol::message::{DeviceHello, ErrorCode, ErrorReport, FromDevice, FromHost};
 use haptic_core::planar::Plane;
 use rtrb::{Producer, RingBuffer};
+use std::mem::take;
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -53,6 +54,8 @@ struct Conversation {
     now_ns: u64,
     /// What the host has asked of the motors last, N or N m.
     efforts: [f64; 2],
+    /// The next reading fails.
+    is_broken: bool,
 }
 
 /// One end of a conversation that the test looks into.
@@ -69,6 +72,9 @@ impl Connection for Shared {
     fn read(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         let mut conversation = self.lock();
         conversation.now_ns = now_ns;
+        if take(&mut conversation.is_broken) {
+            return Err(DeviceError::Disconnected);
+        }
         let sample = conversation.firmware.sample(now_ns).expect("it is greeted");
         conversation.session.take(Ok(sample), now_ns);
         conversation.session.measurement(now_ns)
@@ -107,6 +113,7 @@ impl Pair {
             session,
             now_ns,
             efforts: [0.0; 2],
+            is_broken: false,
         })));
         let (to_link, greeted) = RingBuffer::new(4);
         let (failed, _) = RingBuffer::new(4);
@@ -201,6 +208,33 @@ fn home_pose_is_of_its_connection_and_may_be_withdrawn() {
     assert!(pair.homing.is_homed());
     pair.homing.connected(2, false);
     assert!(!pair.homing.is_homed(), "its encoders may have begun elsewhere");
+}
+
+#[test]
+fn counts_where_the_home_pose_is_told_are_its_own() {
+    let kinematics = haply(RELATIVE);
+    let home = kinematics.home().expect("it has one");
+    let mut pair = Pair::new(kinematics);
+    // The hand has left the place where the counts began.
+    for _ in 0..1500 {
+        pair.tick(Plane::ZERO);
+    }
+    pair.homing.tell();
+    let mut told_at = None;
+    for _ in 0..20 {
+        let (there, reported) = pair.tick(Plane::ZERO);
+        let motors = kinematics.motors(there).expect("within reach");
+        let from = *told_at.get_or_insert(motors);
+        let turned = [0, 1].map(|motor| home[motor] + motors[motor] - from[motor]);
+        let expected = kinematics.reading(turned).parts().0;
+        assert!((reported - expected).length() < 1e-3, "{reported:?} for {expected:?}");
+    }
+    // Those of another connection have begun in the home pose, as these had.
+    pair.shared.lock().is_broken = true;
+    assert!(pair.link.read(pair.now_ns).is_err());
+    pair.connect(false);
+    let (there, reported) = pair.tick(Plane::ZERO);
+    assert!((reported - there).length() < 1e-3, "{reported:?} for {there:?}");
 }
 
 // hazard: H37

@@ -386,16 +386,23 @@ fn an_engagement_after_a_silence_is_as_any_other() {
     );
 }
 
+// hazard: H16
 #[test]
 fn a_device_may_repeat_itself_for_the_stale_time_and_no_longer() {
-    for (longer_ns, state) in [(0, RigState::Engaged), (1, RigState::Faulted)] {
-        let mut script = Script::engaged(SETTINGS);
-        for elapsed_ns in [49 * MS, MS + longer_ns] {
-            script.once.elapsed_ns = elapsed_ns;
-            script.repeat();
-        }
-        assert_eq!(script.servo.state(), state, "{longer_ns} ns longer");
-    }
+    let repeated = |script: &mut Script, longer_ns: u64| {
+        script.once.elapsed_ns = 49 * MS;
+        script.repeat();
+        script.once.elapsed_ns = MS + longer_ns;
+        let force_n = script.repeat().force_n;
+        (script.servo.state(), script.servo.fault(), force_n)
+    };
+    let mut script = Script::engaged(SETTINGS);
+    assert_eq!(repeated(&mut script, 0), (RigState::Engaged, None, 0.0));
+    let mut script = Script::engaged(SETTINGS);
+    assert_eq!(repeated(&mut script, 1), (RigState::Faulted, Some(Fault::Stale), 0.0));
+    script.command(Command::Reset);
+    assert_eq!(script.servo.state(), RigState::Idle);
+    assert_eq!(repeated(&mut script, 1), (RigState::Disconnected, None, 0.0));
 }
 
 // hazard: H9

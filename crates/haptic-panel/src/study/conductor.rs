@@ -74,18 +74,18 @@ impl Conductor {
         self.is_begun.then(|| self.session.view())
     }
 
-    /// Has what became final on the disk, and says what happened since.
-    pub(super) fn keep(&mut self) -> Result<Vec<SessionEvent>, StoreError> {
-        let happened = self.session.keep()?;
+    /// Has what became final on the disk, and says what happened since, also before an error.
+    pub(super) fn keep(&mut self, happened: &mut Vec<SessionEvent>) -> Result<(), StoreError> {
+        let kept = self.session.keep(happened);
         if !self.is_begun || self.session.interruption().is_some() {
             self.pace.interrupt();
         }
-        for happening in &happened {
+        for happening in happened {
             if let SessionEvent::Kept(_) = happening {
                 self.pace.done(self.newest_tick);
             }
         }
-        Ok(happened)
+        kept
     }
 
     /// Takes a frame that showed the cursor.
@@ -186,7 +186,7 @@ impl Conductor {
         self.session.rendered(reply.revision, whole_tick);
     }
 
-    /// What to ask the daemon for now.
+    /// What to ask the daemon for now, but a scene.
     pub(super) fn due(&mut self, daemon: &DaemonMirror, scene_before: &mut SceneBefore) -> Vec<Intent> {
         let mut intents = Vec::new();
         let phase = discriminant(&self.session.view().phase);
@@ -207,19 +207,20 @@ impl Conductor {
                 intents.push(Intent::Lease { timeout_ms: 0 });
             }
         }
-        if let Some(if_revision) = daemon
-            .revision()
-            .filter(|_| self.is_begun && what_is_missing(daemon).is_none() && !self.is_done())
-            && scene_before.keep(daemon)
-            && let Some(scene) = self.session.take_scene()
-        {
-            intents.push(Intent::TrialScene {
-                scene: Box::new(scene),
-                if_revision,
-                ramp_ms: RAMP_MS,
-            });
-        }
         intents
+    }
+
+    /// The scene of the next trial, once: the trial before it is on the disk.
+    pub(super) fn scene_due(&mut self, daemon: &DaemonMirror, scene_before: &mut SceneBefore) -> Option<Intent> {
+        let if_revision = daemon
+            .revision()
+            .filter(|_| self.is_begun && what_is_missing(daemon).is_none() && !self.is_done())?;
+        let scene = scene_before.keep(daemon).then(|| self.session.take_scene())??;
+        Some(Intent::TrialScene {
+            scene: Box::new(scene),
+            if_revision,
+            ramp_ms: RAMP_MS,
+        })
     }
 
     /// Keeps the lease while the subject is at work, once a second.

@@ -1,5 +1,5 @@
-//! The study's thread: it feeds the session with ticks, has each trial on the disk before the next tick, and reports to
-//! the experimenter.
+//! The study's thread: it feeds the session with ticks, has each trial on the disk before the next batch of them, and
+//! reports to the experimenter.
 
 use super::conductor::{self, Conductor, RAMP_MS, SceneBefore};
 use super::news::{Stage, StudyCommand, StudyNews, StudyPlan, StudyState, SubjectState};
@@ -216,8 +216,10 @@ impl SessionThread {
         {
             self.start();
         }
-        if let Update::Event(Event::Samples(_)) = update {
-            self.act();
+        if let Update::Event(Event::Samples(batch)) = update
+            && let Some(last) = batch.rows.last()
+        {
+            self.act(last.tick);
         }
         let Some(conductor) = &mut self.conductor else { return };
         conductor.take(update);
@@ -237,11 +239,11 @@ impl SessionThread {
         }
     }
 
-    /// Takes what the subject did, and how late the cursor was.
-    fn act(&mut self) {
-        let (actions, frames) = self.screen.take_actions();
+    /// Takes what the subject did up to a tick, and how late the cursor was.
+    fn act(&mut self, last_tick: u64) {
+        let (actions, frames) = self.screen.take_actions(last_tick);
         let Some(conductor) = &mut self.conductor else { return };
-        for frame in frames {
+        for (frame, _) in frames {
             conductor.frame(frame);
         }
         for (action, tick) in actions {
@@ -255,23 +257,25 @@ impl SessionThread {
         // No rig is held while the disk works.
         let intents = conductor.due(&self.daemon, &mut self.before);
         self.ask(intents);
-        match self.conductor.as_mut().map(Conductor::keep) {
-            None => {}
-            Some(Ok(happened)) => {
-                for happening in happened {
-                    match happening {
-                        SessionEvent::Kept(row) => self.report(StudyNews::Row(table::row(&row))),
-                        SessionEvent::Voided(voided) => self.report(StudyNews::Row(table::void(&voided))),
-                        SessionEvent::Finished => {}
-                    }
-                }
+        let Some(conductor) = &mut self.conductor else { return };
+        let mut happened = Vec::new();
+        let kept = conductor.keep(&mut happened);
+        let scene = kept
+            .is_ok()
+            .then(|| conductor.scene_due(&self.daemon, &mut self.before));
+        self.ask(scene.flatten());
+        for happening in happened {
+            match happening {
+                SessionEvent::Kept(row) => self.report(StudyNews::Row(table::row(&row))),
+                SessionEvent::Voided(voided) => self.report(StudyNews::Row(table::void(&voided))),
+                SessionEvent::Finished => {}
             }
-            Some(Err(error)) => {
-                // What is on the disk decides where it continues.
-                self.problem = Some(error.to_string());
-                self.conductor = None;
-                self.show(false);
-            }
+        }
+        if let Err(error) = kept {
+            // What is on the disk decides where it continues.
+            self.problem = Some(error.to_string());
+            self.conductor = None;
+            self.show(false);
         }
     }
 

@@ -58,21 +58,23 @@ struct State {
     takes_hand: bool,
     pointed_m: Option<f64>,
     /// What the subject did, and the newest tick at that time.
-    actions: Vec<(SubjectAction, u64)>,
+    actions: Ticked<SubjectAction>,
     /// The window, while it is open.
     window: Option<Context>,
     is_full_screen: bool,
     /// The last frame, where it shows a cursor.
     shown: Option<CursorFrame>,
     latencies: Latencies,
-    /// The frames that the study has not taken yet.
-    fresh: Vec<Frame>,
+    /// The frames that the study has not taken yet, each with the tick that it showed.
+    fresh: Ticked<Frame>,
 }
 
 /// A frame that shows a cursor.
 struct CursorFrame {
     /// When the frame began.
     began: Instant,
+    /// The tick that it shows.
+    tick: u64,
     /// When the sample that it shows was received.
     received: Instant,
     /// The time that the sample took from the device.
@@ -103,6 +105,18 @@ pub(crate) struct SubjectFrame {
     pub(crate) cursor_m: Option<f64>,
     /// The scale of the pointer, where that is the hand on the rig.
     pub(crate) hand: Option<TaskScale>,
+}
+
+/// What came, each with its tick.
+type Ticked<T> = Vec<(T, u64)>;
+
+/// Takes what waits up to a tick.
+fn take_until<T>(waiting: &mut Ticked<T>, last_tick: u64) -> Ticked<T> {
+    let (taken, later) = std::mem::take(waiting)
+        .into_iter()
+        .partition(|(_, tick)| *tick <= last_tick);
+    *waiting = later;
+    taken
 }
 
 impl SubjectScreen {
@@ -138,10 +152,12 @@ impl SubjectScreen {
         repaint(window.as_ref());
     }
 
-    /// The samples end: no cursor is drawn until they continue.
+    /// The samples end: no cursor is drawn until they continue, perhaps from another tick.
     pub(crate) fn lose_samples(&self) {
         let mut state = self.state();
         (state.newest, state.shown) = (None, None);
+        state.actions.clear();
+        state.fresh.clear();
     }
 
     /// Whether the pointer is the hand on the rig.
@@ -167,10 +183,14 @@ impl SubjectScreen {
         }
     }
 
-    /// What the subject did since last time, each with its tick, and the frames that showed the cursor.
-    pub(crate) fn take_actions(&self) -> (Vec<(SubjectAction, u64)>, Vec<Frame>) {
-        let mut state = self.state();
-        (std::mem::take(&mut state.actions), std::mem::take(&mut state.fresh))
+    /// What the subject did up to a tick, each with its own, and the frames that showed the cursor. What came later
+    /// belongs to a later trial, where the study is behind.
+    pub(crate) fn take_actions(&self, last_tick: u64) -> (Ticked<SubjectAction>, Ticked<Frame>) {
+        let state = &mut *self.state();
+        (
+            take_until(&mut state.actions, last_tick),
+            take_until(&mut state.fresh, last_tick),
+        )
     }
 
     /// The newest tick, while samples come.
@@ -186,10 +206,11 @@ impl SubjectScreen {
             if waited <= MAX_FRAME {
                 let latency = waited + shown.before;
                 state.latencies.add(latency);
-                state.fresh.push(Frame {
+                let frame = Frame {
                     latency_s: latency.as_secs_f64(),
                     lasted_s: now.saturating_duration_since(shown.began).as_secs_f64(),
-                });
+                };
+                state.fresh.push((frame, shown.tick));
             }
         }
         let scale = state.scale;
@@ -197,6 +218,7 @@ impl SubjectScreen {
         let cursor_m = newest.zip(scale).map(|((sample, received), scale)| {
             state.shown = Some(CursorFrame {
                 began: now,
+                tick: sample.tick,
                 received,
                 before: Duration::from_nanos(sample.device_round_trip_ns),
             });
@@ -284,8 +306,8 @@ mod tests {
             "8 ms and 2 ms of the link: {median_ms}"
         );
         assert_eq!(frames, 1);
-        let (_, frames) = screen.take_actions();
-        let [Frame { latency_s, lasted_s }] = frames[..] else {
+        let (_, frames) = screen.take_actions(sample.tick);
+        let [(Frame { latency_s, lasted_s }, _)] = frames[..] else {
             panic!("{frames:?}")
         };
         assert!((latency_s - 0.01).abs() < 1e-9 && (lasted_s - 0.007).abs() < 1e-9);
@@ -298,12 +320,19 @@ mod tests {
     fn click_takes_the_tick_of_the_newest_sample() {
         let screen = SubjectScreen::default();
         screen.act(SubjectAction::Click);
-        assert_eq!(screen.take_actions().0, []);
+        assert_eq!(screen.take_actions(u64::MAX).0, []);
         let mut sample = at(1.0);
-        sample.tick = 4711;
-        screen.take_sample(&sample, Instant::now());
-        screen.act(SubjectAction::Answer(2));
-        assert_eq!(screen.take_actions().0, [(SubjectAction::Answer(2), 4711)]);
-        assert_eq!(screen.take_actions().0, []);
+        for tick in [4711, 4900] {
+            sample.tick = tick;
+            screen.take_sample(&sample, Instant::now());
+            screen.act(SubjectAction::Click);
+        }
+        // A study that waited for the disk between them is still at the first.
+        assert_eq!(screen.take_actions(4899).0, [(SubjectAction::Click, 4711)]);
+        assert_eq!(screen.take_actions(4899).0, []);
+        assert_eq!(screen.take_actions(4900).0, [(SubjectAction::Click, 4900)]);
+        screen.act(SubjectAction::Click);
+        screen.lose_samples();
+        assert_eq!(screen.take_actions(u64::MAX).0, [], "the next daemon counts from 0");
     }
 }

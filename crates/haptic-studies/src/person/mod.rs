@@ -105,27 +105,24 @@ impl PersonSession {
         self.session.new_link();
     }
 
-    /// Has what became final on the disk, and says what happened. Call it after each batch of ticks, also once more at
+    /// Has what became final on the disk, and adds what happened, also before an error. Call it after each batch of ticks, also once more at
     /// the end: the program may have been killed after the last row.
     ///
     /// # Errors
     /// A row cannot be written. The session is at its end: drop it; one that is opened again continues at that trial.
-    pub fn keep(&mut self) -> Result<Vec<SessionEvent>, StoreError> {
-        let mut happened = Vec::new();
+    pub fn keep(&mut self, happened: &mut Vec<SessionEvent>) -> Result<(), StoreError> {
         while let Some(news) = self.session.take_news() {
-            let voided = match &news {
-                News::Voided(voided) => Some(SessionEvent::Voided(voided.clone())),
-                News::Finished(_) => None,
-            };
-            let kept = self.keeper.keep(news)?.map(SessionEvent::Kept);
-            happened.extend(voided.or(kept));
+            if let News::Voided(voided) = &news {
+                happened.push(SessionEvent::Voided(voided.clone()));
+            }
+            happened.extend(self.keeper.keep(news)?.map(SessionEvent::Kept));
         }
         if self.session.is_done() && !self.is_collected {
             self.is_collected = true;
             self.study.collect()?;
             happened.push(SessionEvent::Finished);
         }
-        Ok(happened)
+        Ok(())
     }
 
     /// Ends it: what became final is on the disk, and another program may continue the study, when this returns.
@@ -134,7 +131,7 @@ impl PersonSession {
     /// A row cannot be written.
     pub fn close(mut self) -> Result<(), StoreError> {
         self.session.close_reason();
-        self.keep().map(drop)
+        self.keep(&mut Vec::new())
     }
 }
 

@@ -85,7 +85,7 @@ impl Person {
     }
 
     fn listen(&mut self) {
-        self.session_events.extend(self.session.keep().expect("kept"));
+        self.session.keep(&mut self.session_events).expect("kept");
     }
 
     fn ticks(&mut self, count: u32) {
