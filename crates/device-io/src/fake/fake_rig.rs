@@ -124,11 +124,7 @@ mod tests {
     };
 
     fn arm() -> Hand {
-        Hand::Arm {
-            stiffness_n_per_m: 500.0,
-            damping_ns_per_m: 5.0,
-            motion: MOTION,
-        }
+        Hand::arm(MOTION)
     }
 
     #[test]

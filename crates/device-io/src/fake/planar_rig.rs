@@ -1,6 +1,7 @@
 //! A rig of two motors and the hand on it: a mass in the plane that an arm drags along a path. The motors' efforts
 //! become a force on the hand, and its position the motors' positions, through the rig's kinematics.
 
+use super::hand::{ARM_DAMPING_NS_PER_M, ARM_STIFFNESS_N_PER_M};
 use super::mechanics::{RigTime, sub_steps};
 use super::path::Path;
 use crate::kinematics::{Kinematics, Reading};
@@ -23,14 +24,10 @@ pub struct PlanarProperties {
     pub damping_ns_per_m: f64,
     /// Distance between two counts of each motor's encoder, m or rad; at least 1e-9.
     pub count: f64,
-    /// Stiffness of the arm, N/m.
-    pub arm_stiffness_n_per_m: f64,
-    /// Damping of the arm, N s/m.
-    pub arm_damping_ns_per_m: f64,
 }
 
 impl PlanarProperties {
-    /// A light hand-held linkage, or a gantry, with the arm of the fake rig on a line.
+    /// A light hand-held linkage, or a gantry.
     #[must_use]
     pub fn of(kinematics: &Kinematics) -> Self {
         Self {
@@ -42,8 +39,6 @@ impl PlanarProperties {
             } else {
                 10e-6
             },
-            arm_stiffness_n_per_m: 500.0,
-            arm_damping_ns_per_m: 5.0,
         }
     }
 }
@@ -205,10 +200,9 @@ impl PlanarRig {
             mass_kg,
             friction_n,
             damping_ns_per_m,
-            arm_stiffness_n_per_m: stiffness,
-            arm_damping_ns_per_m: damping,
             ..
         } = self.properties;
+        let (stiffness, damping) = (ARM_STIFFNESS_N_PER_M, ARM_DAMPING_NS_PER_M);
         let (pull, drag) = match self.aim(h, middle_s).filter(|_| !self.is_off) {
             Some((position, velocity)) => (
                 (position - self.position) * stiffness + velocity * damping,

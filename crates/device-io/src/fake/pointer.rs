@@ -4,6 +4,7 @@
 //! News of a pointer come when they come. Between two of them the end of the arm moves evenly, no faster than a hand,
 //! and a low pass rounds the corners; it takes hold and lets go gradually. So the force never jumps, whatever comes.
 
+use super::hand::{ARM_DAMPING_NS_PER_M, ARM_STIFFNESS_N_PER_M};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -44,11 +45,9 @@ impl Pointer {
     }
 }
 
-/// An arm that pulls the handle to where a pointer is.
+/// The usual arm, which pulls the handle to where a pointer is. It holds nothing before the pointer's first news.
 #[derive(Clone, Debug)]
 pub struct PointerArm {
-    stiffness_n_per_m: f64,
-    damping_ns_per_m: f64,
     pointer: Pointer,
     /// The newest news, and their age, s.
     news: u64,
@@ -66,13 +65,9 @@ pub struct PointerArm {
     grip: f64,
 }
 
-impl PointerArm {
-    /// An arm of this stiffness, N/m, and damping, N s/m. It holds nothing before the pointer's first news.
-    #[must_use]
-    pub fn new(stiffness_n_per_m: f64, damping_ns_per_m: f64) -> Self {
+impl Default for PointerArm {
+    fn default() -> Self {
         Self {
-            stiffness_n_per_m,
-            damping_ns_per_m,
             pointer: Pointer::default(),
             news: 0,
             age_s: f64::INFINITY,
@@ -85,16 +80,13 @@ impl PointerArm {
             grip: 0.0,
         }
     }
+}
 
+impl PointerArm {
     /// The pointer that it reaches for.
     #[must_use]
     pub fn pointer(&self) -> &Pointer {
         &self.pointer
-    }
-
-    /// Stiffness, N/m, and damping, N s/m.
-    pub(super) fn spring(&self) -> (f64, f64) {
-        (self.stiffness_n_per_m, self.damping_ns_per_m)
     }
 
     /// Lives through the `elapsed_s` > 0 seconds that end at `now_s`, at the beginning of which the handle is at
@@ -138,10 +130,11 @@ impl PointerArm {
     /// how much of it each m/s of the handle takes away, N s/m.
     pub(super) fn pull(&self, middle_s: f64, h: f64, handle_m: f64) -> (f64, f64) {
         let end_m = self.end_m - self.end_mps * (self.now_s - middle_s);
-        let pull_n = self.stiffness_n_per_m * (end_m - handle_m) + self.damping_ns_per_m * self.end_mps;
+        let (stiffness, damping) = (ARM_STIFFNESS_N_PER_M, ARM_DAMPING_NS_PER_M);
+        let pull_n = stiffness * (end_m - handle_m) + damping * self.end_mps;
         (
             self.grip * pull_n.clamp(-MAX_PULL_N, MAX_PULL_N),
-            self.grip * (0.5 * self.stiffness_n_per_m * h + self.damping_ns_per_m),
+            self.grip * (0.5 * stiffness * h + damping),
         )
     }
 }
@@ -151,9 +144,6 @@ mod tests {
     use super::*;
     use crate::fake::{Hand, Plant, RigProperties};
     use proptest::prelude::*;
-
-    const STIFFNESS_N_PER_M: f64 = 500.0;
-    const DAMPING_NS_PER_M: f64 = 5.0;
 
     /// A rig with such a hand, and the newest tick.
     struct TestRig {
@@ -173,7 +163,7 @@ mod tests {
 
     impl TestRig {
         fn new() -> Self {
-            let hand = Hand::Pointer(PointerArm::new(STIFFNESS_N_PER_M, DAMPING_NS_PER_M));
+            let hand = Hand::Pointer(PointerArm::default());
             Self {
                 plant: Plant::new(&RigProperties::default(), hand),
                 now_s: 0.0,
@@ -223,14 +213,14 @@ mod tests {
                     }
                     // The grip, the spring and the damper at the arm's end, and both at the handle.
                     let speed_mps = now.handle_mps.abs().max(before.handle_mps.abs());
-                    let per_s = (MAX_PULL_N + DAMPING_NS_PER_M * speed_mps) / GRIP_S
-                        + STIFFNESS_N_PER_M * MAX_SPEED_MPS
-                        + DAMPING_NS_PER_M * 2.0 * MAX_SPEED_MPS / ROUNDING_S;
-                    let by_handle_n = STIFFNESS_N_PER_M * (now.handle_m - before.handle_m).abs()
-                        + DAMPING_NS_PER_M * (now.handle_mps - before.handle_mps).abs();
+                    let per_s = (MAX_PULL_N + ARM_DAMPING_NS_PER_M * speed_mps) / GRIP_S
+                        + ARM_STIFFNESS_N_PER_M * MAX_SPEED_MPS
+                        + ARM_DAMPING_NS_PER_M * 2.0 * MAX_SPEED_MPS / ROUNDING_S;
+                    let by_handle_n = ARM_STIFFNESS_N_PER_M * (now.handle_m - before.handle_m).abs()
+                        + ARM_DAMPING_NS_PER_M * (now.handle_mps - before.handle_mps).abs();
                     let step_n = (now.force_n - before.force_n).abs();
                     prop_assert!(step_n <= per_s * elapsed_s + by_handle_n + 1e-9, "{before:?} {now:?}");
-                    let bound_n = MAX_PULL_N + DAMPING_NS_PER_M * now.handle_mps.abs();
+                    let bound_n = MAX_PULL_N + ARM_DAMPING_NS_PER_M * now.handle_mps.abs();
                     prop_assert!(now.force_n.abs() <= bound_n + 1e-9, "{now:?}");
                     before = now;
                 }
@@ -250,7 +240,7 @@ mod tests {
             seen = rig.tick(1e-3, 0.0);
         }
         // The guide's friction holds it back.
-        let held_back_m = RigProperties::default().friction_n / STIFFNESS_N_PER_M;
+        let held_back_m = RigProperties::default().friction_n / ARM_STIFFNESS_N_PER_M;
         assert!((seen.handle_m - 0.03).abs() <= held_back_m + 1e-6, "{seen:?}");
         // A motor that holds it makes it lag: that is what is felt.
         for _ in 0..10 {
@@ -259,7 +249,7 @@ mod tests {
                 seen = rig.tick(1e-3, -3.0);
             }
         }
-        let lag_m = 3.0 / STIFFNESS_N_PER_M;
+        let lag_m = 3.0 / ARM_STIFFNESS_N_PER_M;
         assert!((0.03 - seen.handle_m - lag_m).abs() <= held_back_m + 1e-6, "{seen:?}");
     }
 

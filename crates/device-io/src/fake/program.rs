@@ -57,11 +57,7 @@ impl ProgramOptions {
         };
         match &self.hand {
             Some(HandName::Sine) | None => Ok(Hand::Prescribed(motion)),
-            Some(HandName::Arm) => Ok(Hand::Arm {
-                stiffness_n_per_m: 500.0,
-                damping_ns_per_m: 5.0,
-                motion,
-            }),
+            Some(HandName::Arm) => Ok(Hand::arm(motion)),
             Some(HandName::Free) => Ok(Hand::Free),
             Some(HandName::File(file)) => motion_of(file).map(Hand::Prescribed),
             Some(HandName::Figure(_)) => Err("--hand of a rig on a line is sine, arm, free or a file".to_owned()),

@@ -254,26 +254,6 @@ pub(crate) struct Options {
     )]
     pub(super) hand_frequency_hz: Option<f64>,
 
-    /// Stiffness of the arm, N/m [default: 500]
-    #[arg(
-        long,
-        value_name = "N/M",
-        help_heading = "Fake rig",
-        allow_hyphen_values = true,
-        hide_short_help = true
-    )]
-    pub(super) arm_stiffness_n_per_m: Option<f64>,
-
-    /// Damping of the arm, N s/m [default: 5]
-    #[arg(
-        long,
-        value_name = "NS/M",
-        help_heading = "Fake rig",
-        allow_hyphen_values = true,
-        hide_short_help = true
-    )]
-    pub(super) arm_damping_ns_per_m: Option<f64>,
-
     /// Mass of the fake rig's moving part, kg [default: 1.4]
     #[arg(
         long,
@@ -453,8 +433,6 @@ options_of_the_file!(
     hand,
     hand_amplitude_m,
     hand_frequency_hz,
-    arm_stiffness_n_per_m,
-    arm_damping_ns_per_m,
     rig_mass_kg,
     rig_friction_n,
     rig_damping_ns_per_m,

@@ -65,7 +65,6 @@ impl Options {
             )?,
             ..defaults
         };
-        let (stiffness_n_per_m, damping_ns_per_m) = self.arm()?;
         let hand = match self.hand_or(HandName::Sine) {
             HandName::Figure(_) => {
                 return Err(ConfigError::HandOfAnotherSpace(
@@ -75,39 +74,14 @@ impl Options {
             }
             HandName::Free => Hand::Free,
             HandName::Sine => Hand::Prescribed(self.motion()?),
-            HandName::Arm => Hand::Arm {
-                stiffness_n_per_m,
-                damping_ns_per_m,
-                motion: self.motion()?,
-            },
-            HandName::Mouse => Hand::Pointer(PointerArm::new(stiffness_n_per_m, damping_ns_per_m)),
+            HandName::Arm => Hand::arm(self.motion()?),
+            HandName::Mouse => Hand::Pointer(PointerArm::default()),
         };
         Ok(FakeRig::new(properties, hand))
     }
 
     fn hand_or(&self, defaults: HandName) -> HandName {
         self.hand.as_ref().map_or(defaults, |name| name.0)
-    }
-
-    /// Stiffness, N/m, and damping, N s/m, of the arm.
-    fn arm(&self) -> Result<(f64, f64), ConfigError> {
-        let stiffness = within(
-            "arm-stiffness-n-per-m",
-            self.arm_stiffness_n_per_m,
-            500.0,
-            0.0,
-            1e6,
-            "N/m",
-        )?;
-        let damping = within(
-            "arm-damping-ns-per-m",
-            self.arm_damping_ns_per_m,
-            5.0,
-            0.0,
-            1e4,
-            "N s/m",
-        )?;
-        Ok((stiffness, damping))
     }
 
     /// The fake rig of two axes, whose hand draws through its arm.
@@ -124,7 +98,6 @@ impl Options {
         };
         let defaults = PlanarProperties::of(&kinematics);
         let friction = self.friction()?;
-        let (arm_stiffness_n_per_m, arm_damping_ns_per_m) = self.arm()?;
         let count = within(
             "encoder-resolution-m",
             self.encoder_resolution_m,
@@ -138,8 +111,6 @@ impl Options {
             friction_n: friction.friction_n.unwrap_or(defaults.friction_n),
             damping_ns_per_m: friction.damping_ns_per_m.unwrap_or(SLIDE_DAMPING_NS_PER_M),
             count,
-            arm_stiffness_n_per_m,
-            arm_damping_ns_per_m,
         };
         let (amplitude_m, frequency_hz) = self.oscillation()?;
         let path = figure.map(|figure| PlanarPath::Figure {

@@ -128,7 +128,6 @@ impl PlantOptions {
             count: by_turn
                 .or(self.resolution_mm.map(|resolution_mm| resolution_mm * 1e-3))
                 .unwrap_or(defaults.count),
-            ..defaults
         }
     }
 
