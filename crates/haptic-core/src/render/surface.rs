@@ -1,4 +1,4 @@
-//! The one virtual call of a tick.
+//! The virtual calls of a tick: one moves the block, one shows it.
 
 use crate::block::{BlockState, EventSink, Moving, Rendered};
 use crate::contact::Contact;
