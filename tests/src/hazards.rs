@@ -2,7 +2,7 @@
 //! whether they agree.
 //!
 //! A row is a heading of the third level with its id and the hazard, `### H3: ...`, followed by one item for each of
-//! [`FIELDS`], `- **Cause:** ...`. Its proofs are the indented lines below its id, each `path: name`, or `none: ` and
+//! `FIELDS`, `- **Cause:** ...`. Its proofs are the indented lines below its id, each `path: name`, or `none: ` and
 //! why software cannot prove it. A planted fault has no row in the page: its text stands behind its id. Tests are
 //! marked in the sources by a comment directly above their attributes, `// hazard: H3, P14`, or in Python above their
 //! decorators, `# hazard: F4`.
