@@ -152,7 +152,8 @@ fn daemon_suspended_under_force_resumes_without_force() {
         pause();
     }
     process::signal(daemon.pid(), Signal::CONT);
-    let after = wait_for(&mut client, "an answer", |_| true);
+    // The thread that answers may run before the loop's first tick.
+    let after = wait_for(&mut client, "a tick", |status| status.state != RigState::Engaged);
     assert_eq!((after.state, after.command_force_n), (RigState::Faulted, 0.0));
     let fault = after.fault.unwrap_or_default();
     assert!(fault.starts_with("stalled"), "{fault}");
