@@ -16,6 +16,16 @@ fn is_update() -> bool {
     std::env::var_os("HAPTICD_UPDATE_BOOK").is_some()
 }
 
+/// Holds a plot, a file of docs/images, to what it is now.
+pub fn figure(name: &str, drawn: &str) {
+    let path = document("images").join(name);
+    if is_update() {
+        fs::write(&path, drawn).expect("it can be written");
+    }
+    let kept = fs::read_to_string(&path).unwrap_or_default();
+    assert!(kept == drawn, "docs/images/{name} is stale: {REMEDY}");
+}
+
 /// Holds the part of a page between `<!-- drawn: NAME -->` and `<!-- end of NAME -->` to what it is now.
 pub fn part(page: &str, name: &str, drawn: &str) {
     let path = document(page);

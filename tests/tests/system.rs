@@ -3,6 +3,7 @@
 mod adapters;
 mod blocked_output;
 mod book;
+mod book_figures;
 mod book_reference;
 mod chatter;
 mod check_rig;
