@@ -112,11 +112,7 @@ type Ticked<T> = Vec<(T, u64)>;
 
 /// Takes what waits up to a tick.
 fn take_until<T>(waiting: &mut Ticked<T>, last_tick: u64) -> Ticked<T> {
-    let (taken, later) = std::mem::take(waiting)
-        .into_iter()
-        .partition(|(_, tick)| *tick <= last_tick);
-    *waiting = later;
-    taken
+    waiting.extract_if(.., |(_, tick)| *tick <= last_tick).collect()
 }
 
 impl SubjectScreen {

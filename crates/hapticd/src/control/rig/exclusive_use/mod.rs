@@ -69,7 +69,7 @@ pub(in crate::control) struct Identification {
 
 impl Work {
     /// What its client does to the rig, as in "cannot commission".
-    pub(in crate::control) fn verb(&self) -> &'static str {
+    fn verb(&self) -> &'static str {
         match self {
             Self::Commissioning(_) => "commission",
             Self::Identification(_) => "identify",
@@ -77,7 +77,7 @@ impl Work {
     }
 
     /// The same as in "is commissioning".
-    pub(in crate::control) fn participle(&self) -> &'static str {
+    fn participle(&self) -> &'static str {
         match self {
             Self::Commissioning(_) => "commissioning",
             Self::Identification(_) => "identifying",
@@ -85,7 +85,7 @@ impl Work {
     }
 
     /// Its name, as in "the commissioning has ended".
-    pub(in crate::control) fn name(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         match self {
             Self::Commissioning(_) => "commissioning",
             Self::Identification(_) => "identification",
@@ -95,7 +95,7 @@ impl Work {
 
 impl ExclusiveUse {
     /// Whether it keeps all other clients out.
-    pub(in crate::control) fn is_active(&self) -> bool {
+    fn is_active(&self) -> bool {
         self.ended.is_none() || self.moving
     }
 
