@@ -73,9 +73,7 @@ impl<V: Vector> MotionReader<V> {
     fn new(path: &Path, mut rows: Rows) -> Result<Self, MotionError> {
         let stretch = read_stretch(&mut rows)?;
         let Some(first) = stretch.first() else {
-            return Err(MotionError::Empty {
-                path: path.to_path_buf(),
-            });
+            return Err(MotionError::new(path, "the file has no sample"));
         };
         let period_s = median::median_period_s(stretch.iter().map(|row| row.t_s));
         let has_velocity = [first.velocity_mps, first.velocity_y_mps].map(|velocity| velocity.is_some());

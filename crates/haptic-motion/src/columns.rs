@@ -27,11 +27,7 @@ pub(crate) const TIME: &str = "t_s";
 impl Columns {
     pub(crate) fn find(path: &Path, header: &[&str]) -> Result<Self, MotionError> {
         let required = |found: Option<Column>, column| {
-            found.ok_or_else(|| MotionError::MissingColumn {
-                path: path.to_path_buf(),
-                column,
-                header: header.join(","),
-            })
+            found.ok_or_else(|| MotionError::missing_column(path, column, &header.join(",")))
         };
         let position_y = either(path, header, "position_y_m", "device_position_y_m")?;
         let velocity_y = match position_y {
@@ -80,11 +76,11 @@ fn either(
     second: &'static str,
 ) -> Result<Option<Column>, MotionError> {
     match (find(path, header, first)?, find(path, header, second)?) {
-        (Some(_), Some(_)) => Err(MotionError::AmbiguousColumn {
-            path: path.to_path_buf(),
-            first,
-            second,
-        }),
+        (Some(_), Some(_)) => {
+            let reason =
+                format!("both `{first}` and `{second}` are columns, and either could be meant: remove or rename one");
+            Err(MotionError::new(path, reason))
+        }
         (found, None) | (None, found) => Ok(found),
     }
 }
@@ -94,10 +90,13 @@ fn find(path: &Path, header: &[&str], name: &'static str) -> Result<Option<Colum
     let first = places.next().map(|(index, _)| Column { name, index });
     match places.count() {
         0 => Ok(first),
-        more => Err(MotionError::RepeatedColumn {
-            path: path.to_path_buf(),
-            column: name,
-            count: 1 + more,
-        }),
+        more => {
+            let count = 1 + more;
+            let reason = "and any could be meant: remove or rename all but one";
+            Err(MotionError::new(
+                path,
+                format_args!("there are {count} columns `{name}`, {reason}"),
+            ))
+        }
     }
 }

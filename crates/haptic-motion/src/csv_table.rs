@@ -4,6 +4,7 @@ use crate::MotionRow;
 use crate::columns::{Column, Columns};
 use crate::error::{MotionError, Place};
 use crate::opened::Input;
+use std::cmp::Ordering;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
@@ -22,10 +23,7 @@ impl CsvTable {
             .comment(Some(b'#'))
             .flexible(true)
             .from_reader(WholeLines::new(input));
-        let header = reader
-            .headers()
-            .map_err(|error| MotionError::format(path, error))?
-            .clone();
+        let header = reader.headers().map_err(|error| MotionError::new(path, error))?.clone();
         let columns = Columns::find(path, &header.iter().collect::<Vec<_>>())?;
         Ok(Self {
             path: path.to_path_buf(),
@@ -42,12 +40,11 @@ impl CsvTable {
 
     pub(crate) fn row(&mut self) -> Result<Option<(Place, MotionRow)>, MotionError> {
         let read = self.reader.read_record(&mut self.record);
-        if !read.map_err(|error| MotionError::format(&self.path, error))? {
+        if !read.map_err(|error| MotionError::new(&self.path, error))? {
             return Ok(None);
         }
-        let line = self.record.position().map_or(0, csv::Position::line);
-        self.check_length(line)?;
-        let place = Place::Line(line);
+        let place = Place::Line(self.record.position().map_or(0, csv::Position::line));
+        self.check_length(place)?;
         let number = |column: &Column| {
             let text = self.record.get(column.index).unwrap_or_default();
             text.parse::<f64>()
@@ -56,27 +53,17 @@ impl CsvTable {
         Ok(Some((place, self.columns.row(number)?)))
     }
 
-    fn check_length(&self, line: u64) -> Result<(), MotionError> {
+    fn check_length(&self, place: Place) -> Result<(), MotionError> {
         let (cells, columns) = (self.record.len(), self.header.len());
-        if cells < columns {
-            let missing: Vec<&str> = self.header.iter().skip(cells).collect();
-            return Err(MotionError::ShortRow {
-                path: self.path.clone(),
-                line,
-                cells,
-                columns,
-                missing: missing.join(", "),
-            });
-        }
-        if cells > columns {
-            return Err(MotionError::LongRow {
-                path: self.path.clone(),
-                line,
-                cells,
-                columns,
-            });
-        }
-        Ok(())
+        let reason = match cells.cmp(&columns) {
+            Ordering::Equal => return Ok(()),
+            Ordering::Less => {
+                let missing: Vec<&str> = self.header.iter().skip(cells).collect();
+                format!("{cells} of {columns} cells, and none for {}", missing.join(", "))
+            }
+            Ordering::Greater => format!("{cells} cells, and the header {columns} columns"),
+        };
+        Err(MotionError::at(&self.path, place, format_args!("the row has {reason}")))
     }
 }
 

@@ -122,7 +122,7 @@ impl Rows {
     /// The file cannot be read, or is not a motion.
     pub fn open_any(path: &Path, options: &TableOptions) -> Result<Self, MotionError> {
         let path = &file_of(path);
-        let file = File::open(path).map_err(|source| MotionError::open(path, source))?;
+        let file = File::open(path).map_err(|source| MotionError::new(path, source))?;
         Self::of_file(path, file, options)
     }
 
@@ -137,16 +137,15 @@ impl Rows {
     fn of_one_axis(self) -> Result<Self, MotionError> {
         if self.has_second_axis() {
             let column = self.columns().and_then(|columns| columns.position_y);
-            return Err(MotionError::TwoAxes {
-                column: column.map_or("position_y_m", |column| column.name),
-                path: self.path,
-            });
+            let column = column.map_or("position_y_m", |column| column.name);
+            let reason = format!("a motion of two axes, with a column `{column}`, and this takes one axis");
+            return Err(MotionError::new(&self.path, reason));
         }
         Ok(self)
     }
 
     fn of_file(path: &Path, file: File, options: &TableOptions) -> Result<Self, MotionError> {
-        let file = Opened::new(path, file).map_err(|source| MotionError::open(path, source))?;
+        let file = Opened::new(path, file).map_err(|source| MotionError::new(path, source))?;
         options.check_gains()?;
         // A recording is read as one unless something else is stated of its columns.
         let is_plain = *options == TableOptions::default();
@@ -154,7 +153,7 @@ impl Rows {
         let source = match file {
             Opened::CsvRecording(input) if is_plain => Source::Csv(CsvTable::new(path, input)?),
             Opened::Mcap(input) if is_plain => Source::Mcap(McapTable::new(path, input)?),
-            Opened::ParquetRecording(Err(reason)) => return Err(MotionError::format(path, reason)),
+            Opened::ParquetRecording(Err(reason)) => return Err(MotionError::new(path, reason)),
             Opened::ParquetRecording(Ok(reader)) if is_plain => Source::Parquet(ParquetTable::new(path, reader)?),
             file => {
                 let options = TableOptions {
@@ -233,12 +232,8 @@ impl Rows {
             }
         }
         if let Some(before) = self.before_s.filter(|&before| row.t_s <= before) {
-            return Err(MotionError::TimeNotIncreasing {
-                path: self.path.clone(),
-                place,
-                t_s: row.t_s,
-                before,
-            });
+            let reason = format!("t_s = {} s does not come after {before} s before it", row.t_s);
+            return Err(MotionError::at(&self.path, place, reason));
         }
         self.before_s = Some(row.t_s);
         Ok(Some(row))

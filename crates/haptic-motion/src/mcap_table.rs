@@ -40,11 +40,7 @@ impl McapTable {
         loop {
             let record = next_record(path, &mut reader, &mut input)?;
             let Some(record) = record else {
-                return Err(MotionError::MissingColumn {
-                    path: path.to_path_buf(),
-                    column: TIME,
-                    header: names.join(","),
-                });
+                return Err(MotionError::missing_column(path, TIME, &names.join(",")));
             };
             match record {
                 Record::Schema { header, data } if header.encoding == "ros2msg" => {
@@ -108,11 +104,11 @@ fn next_record(
             Ok(LinearReadEvent::ReadRequest(bytes)) => {
                 let read = input
                     .read(reader.insert(bytes.max(CHUNK)))
-                    .map_err(|source| MotionError::open(path, source))?;
+                    .map_err(|source| MotionError::new(path, source))?;
                 reader.notify_read(read);
             }
             Ok(LinearReadEvent::Record { data, opcode }) => {
-                let record = mcap::parse_record(opcode, data).map_err(|error| MotionError::format(path, error))?;
+                let record = mcap::parse_record(opcode, data).map_err(|error| MotionError::new(path, error))?;
                 return Ok(Some(record.into_owned()));
             }
             Err(McapError::UnexpectedEof) => return Ok(None),
@@ -120,9 +116,9 @@ fn next_record(
                 let reason = format!(
                     "its chunks are compressed by {codec}, which is not read here: write it without compression"
                 );
-                return Err(MotionError::format(path, reason));
+                return Err(MotionError::new(path, reason));
             }
-            Err(error) => return Err(MotionError::format(path, error)),
+            Err(error) => return Err(MotionError::new(path, error)),
         }
     }
     Ok(None)
@@ -130,41 +126,19 @@ fn next_record(
 
 /// The number in a field of a message.
 fn number(field: &Field, path: &Path, column: &Column, place: Place, message: &[u8]) -> Result<f64, MotionError> {
-    let broken = |what: &str| MotionError::format(path, format!("{place}: {what}"));
+    let broken = |what: &str| MotionError::new(path, format!("{place}: {what}"));
     let is_little_endian = match message.get(..cdr::HEADER) {
         Some([0, 1, ..]) => true,
         Some([0, 0, ..]) => false,
         _ => return Err(broken("the message is not in CDR")),
     };
-    let bytes = &message[cdr::HEADER..];
-    let cut = || broken("the message is shorter than its schema says");
-    match field.kind.as_str() {
-        "float64" => {
-            let bytes = *bytes
-                .get(field.offset..)
-                .and_then(<[u8]>::first_chunk)
-                .ok_or_else(cut)?;
-            Ok(if is_little_endian {
-                f64::from_le_bytes(bytes)
-            } else {
-                f64::from_be_bytes(bytes)
-            })
-        }
-        "float32" => {
-            let bytes = *bytes
-                .get(field.offset..)
-                .and_then(<[u8]>::first_chunk)
-                .ok_or_else(cut)?;
-            Ok(f64::from(if is_little_endian {
-                f32::from_le_bytes(bytes)
-            } else {
-                f32::from_be_bytes(bytes)
-            }))
-        }
-        other => Err(MotionError::ColumnType {
-            path: path.to_path_buf(),
-            column: column.name,
-            found: other.to_owned(),
-        }),
-    }
+    let at = message.get(cdr::HEADER + field.offset..).unwrap_or_default();
+    let number = match (field.kind.as_str(), is_little_endian) {
+        ("float64", true) => at.first_chunk().copied().map(f64::from_le_bytes),
+        ("float64", false) => at.first_chunk().copied().map(f64::from_be_bytes),
+        ("float32", true) => at.first_chunk().copied().map(f32::from_le_bytes).map(f64::from),
+        ("float32", false) => at.first_chunk().copied().map(f32::from_be_bytes).map(f64::from),
+        (other, _) => return Err(MotionError::column_type(path, column.name, other)),
+    };
+    number.ok_or_else(|| broken("the message is shorter than its schema says"))
 }

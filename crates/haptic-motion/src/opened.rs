@@ -45,10 +45,7 @@ impl Opened {
     pub fn open(path: &Path) -> Result<Self, TableError> {
         File::open(path)
             .and_then(|file| Self::new(path, file))
-            .map_err(|source| TableError::Open {
-                path: path.to_path_buf(),
-                source,
-            })
+            .map_err(|error| TableError::of(path, error))
     }
 
     /// The same of a file that the caller has opened; `path` is its name.

@@ -61,7 +61,7 @@ impl ParquetTable {
                 return Ok(None);
             }
             let opened = guarded(|| Group::open(&self.reader, self.next_group, &self.columns));
-            self.group = Some(opened.map_err(|error| MotionError::format(&self.path, error))?);
+            self.group = Some(opened.map_err(|error| MotionError::new(&self.path, error))?);
             self.next_group += 1;
         }
     }
@@ -92,17 +92,13 @@ impl Group {
         for ((column, reader), cells) in self.readers.iter_mut().zip(&mut self.cells) {
             cells.clear();
             reader.read(cells).map_err(|error| match error {
-                NumbersError::Type(found) => MotionError::ColumnType {
-                    path: path.to_path_buf(),
-                    column: column.name,
-                    found: found.to_owned(),
-                },
-                NumbersError::Damaged(reason) => MotionError::format(path, reason),
+                NumbersError::Type(found) => MotionError::column_type(path, column.name, found),
+                NumbersError::Damaged(reason) => MotionError::new(path, reason),
             })?;
         }
         let count = self.cells[0].len();
         if self.cells.iter().any(|cells| cells.len() != count) {
-            return Err(MotionError::format(
+            return Err(MotionError::new(
                 path,
                 "its columns differ in length: the file is damaged",
             ));

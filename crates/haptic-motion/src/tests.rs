@@ -7,11 +7,16 @@ use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-fn rows_of(bytes: &[u8]) -> Result<Vec<MotionRow>, MotionError> {
+/// A file that is gone once it is open.
+fn opened(bytes: &[u8], options: &TableOptions) -> Result<Rows, MotionError> {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("motion");
     std::fs::write(&path, bytes).expect("written");
-    Rows::open(&path)?.collect()
+    Rows::open_any(&path, options)
+}
+
+fn rows_of(bytes: &[u8]) -> Result<Vec<MotionRow>, MotionError> {
+    opened(bytes, &TableOptions::default())?.of_one_axis()?.collect()
 }
 
 fn error_of(bytes: &[u8]) -> String {
@@ -33,15 +38,11 @@ fn mcap(count: u32, schema: &str, cells: fn(MotionRow) -> Vec<u8>) -> Vec<u8> {
     let options = mcap::WriteOptions::new().use_chunks(false);
     let mut writer = options.create(&mut bytes).expect("begun");
     let text = writer.add_schema("text", "jsonschema", b"{}").expect("a schema");
-    let events = writer
-        .add_channel(text, "/events", "json", &BTreeMap::new())
-        .expect("a channel");
-    let struct_of = writer
-        .add_schema("Sample", "ros2msg", schema.as_bytes())
-        .expect("a schema");
-    let samples = writer
-        .add_channel(struct_of, "/samples", "cdr", &BTreeMap::new())
-        .expect("a channel");
+    let none = BTreeMap::new();
+    let events = writer.add_channel(text, "/events", "json", &none).expect("a channel");
+    let struct_of = writer.add_schema("Sample", "ros2msg", schema.as_bytes());
+    let samples = writer.add_channel(struct_of.expect("a schema"), "/samples", "cdr", &none);
+    let samples = samples.expect("a channel");
     for k in 0..count {
         for (channel_id, data) in [(events, b"{}".to_vec()), (samples, cells(row(k)))] {
             let header = mcap::records::MessageHeader {
@@ -60,16 +61,19 @@ fn mcap(count: u32, schema: &str, cells: fn(MotionRow) -> Vec<u8>) -> Vec<u8> {
 
 const SCHEMA: &str = "uint64 tick\nuint8 state\nfloat64 t_s\nfloat64 device_position_m\nfloat32 device_velocity_mps\n";
 
+#[expect(clippy::cast_possible_truncation, reason = "the columns are of this type")]
+fn velocity_of(row: &MotionRow) -> f32 {
+    row.velocity_mps.unwrap_or_default() as f32
+}
+
 fn cdr(row: MotionRow) -> Vec<u8> {
-    #[expect(clippy::cast_possible_truncation, reason = "the column is of this type")]
-    let velocity = row.velocity_mps.unwrap_or_default() as f32;
     [
         &[0, 1, 0, 0][..],
         &7_u64.to_le_bytes(),
         &[3, 0, 0, 0, 0, 0, 0, 0],
         &row.t_s.to_le_bytes(),
         &row.position_m.to_le_bytes(),
-        &velocity.to_le_bytes(),
+        &velocity_of(&row).to_le_bytes(),
     ]
     .concat()
 }
@@ -83,8 +87,10 @@ fn parquet(count: u32, schema: &str, with_gaps: bool) -> Vec<u8> {
     let all: Vec<MotionRow> = (0..count).map(row).collect();
     for rows in all.chunks(1000) {
         let mut group = writer.next_row_group().expect("a group");
-        let mut place = 0;
-        while let Some(mut column) = group.next_column().expect("a column") {
+        for place in 0.. {
+            let Some(mut column) = group.next_column().expect("a column") else {
+                break;
+            };
             match place {
                 0 => {
                     let ticks: Vec<i64> = (0..).take(rows.len()).collect();
@@ -99,22 +105,16 @@ fn parquet(count: u32, schema: &str, with_gaps: bool) -> Vec<u8> {
                     let levels: Vec<i16> = (0..rows.len()).map(|index| i16::from(is_there(index))).collect();
                     let cells = rows.iter().enumerate().filter(|(index, _)| is_there(*index));
                     let positions: Vec<f64> = cells.map(|(_, row)| row.position_m).collect();
-                    column
-                        .typed::<DoubleType>()
-                        .write_batch(&positions, Some(&levels), None)
+                    let column = column.typed::<DoubleType>();
+                    column.write_batch(&positions, Some(&levels), None)
                 }
                 _ => {
-                    #[expect(clippy::cast_possible_truncation, reason = "the column is of this type")]
-                    let velocities: Vec<f32> = rows
-                        .iter()
-                        .map(|row| row.velocity_mps.unwrap_or_default() as f32)
-                        .collect();
+                    let velocities: Vec<f32> = rows.iter().map(velocity_of).collect();
                     column.typed::<FloatType>().write_batch(&velocities, None, None)
                 }
             }
             .expect("written");
             column.close().expect("closed");
-            place += 1;
         }
         group.close().expect("closed");
     }
@@ -138,10 +138,7 @@ fn assert_rows(found: &[MotionRow], count: u32) {
     for (k, found) in (0..).zip(found) {
         let wanted = row(k);
         assert_eq!((found.t_s, found.position_m), (wanted.t_s, wanted.position_m));
-        let (found, wanted) = (
-            found.velocity_mps.expect("measured"),
-            wanted.velocity_mps.expect("measured"),
-        );
+        let [found, wanted] = [found, &wanted].map(|row| row.velocity_mps.expect("measured"));
         assert!((found - wanted).abs() < 1e-6, "row {k}: {found} for {wanted}");
     }
 }
@@ -165,45 +162,33 @@ fn each_format_gives_the_same_rows_with_their_second_axis() {
         message
     };
     let columns = COLUMNS.replace('}', "required float position_y_m; }");
-    let directory = tempfile::tempdir().expect("a directory");
-    let path = directory.path().join("motion");
+    let recording = format!("# hapticd recording 2\n# from a tracker\n{table}");
     for (bytes, velocity_y_mps) in [
-        (
-            format!("# hapticd recording 2\n# from a tracker\n{table}").into_bytes(),
-            Some(7.0),
-        ),
-        (table.into_bytes(), Some(7.0)),
+        (recording.into_bytes(), Some(7.0)),
+        (table.clone().into_bytes(), Some(7.0)),
         (mcap(5000, &schema, message), None),
         (parquet(5000, &columns, false), None),
     ] {
-        std::fs::write(&path, &bytes).expect("written");
-        let found = Rows::open_any(&path, &TableOptions::default()).expect("a motion");
+        let found = opened(&bytes, &TableOptions::default()).expect("a motion");
         assert!(found.has_second_axis());
         let found: Vec<MotionRow> = found.collect::<Result<_, _>>().expect("a motion");
         assert_rows(&found, 5000);
         for row in found {
-            assert_eq!(
-                (row.position_y_m, row.velocity_y_mps),
-                (row.velocity_mps, velocity_y_mps)
-            );
+            assert_eq!(row.position_y_m, row.velocity_mps);
+            assert_eq!(row.velocity_y_mps, velocity_y_mps);
         }
         let message = error_of(&bytes);
-        assert!(
-            message.contains("two axes") && message.contains("position_y_m"),
-            "{message}"
-        );
+        for part in ["two axes", "position_y_m"] {
+            assert!(message.contains(part), "{message}");
+        }
     }
     // A column that is named is the only one.
     let mut named = TableOptions::default();
     named.columns.position = Some("device_position_y_m".to_owned());
-    std::fs::write(&path, format!("{names}\n{lines}")).expect("written");
-    let mut found = Rows::open_any(&path, &named).expect("a motion");
+    let mut found = opened(table.as_bytes(), &named).expect("a motion");
     assert!(!found.has_second_axis());
-    let found = found.nth(3);
-    assert_eq!(
-        Some(found.expect("a row").expect("a motion").position_m),
-        row(3).velocity_mps
-    );
+    let found = found.nth(3).expect("a row").expect("a motion");
+    assert_eq!(Some(found.position_m), row(3).velocity_mps);
 }
 
 #[test]
@@ -217,12 +202,8 @@ fn a_recording_in_csv_reads_up_to_its_last_newline() {
     // Another program may leave the last newline out.
     assert_eq!(rows_of(b"t_s,position_m\n0,0\n1,1").expect("a motion").len(), 2);
     // Lines are those of the file.
-    let damaged = format!("{whole}0.004,no\n");
-    assert!(
-        error_of(damaged.as_bytes()).contains("line 7"),
-        "{}",
-        error_of(damaged.as_bytes())
-    );
+    let error = error_of(format!("{whole}0.004,no\n").as_bytes());
+    assert!(error.contains("line 7"), "{error}");
 }
 
 #[test]
@@ -273,22 +254,17 @@ fn csv(rows: &str) -> Vec<u8> {
 fn what_is_not_a_motion_is_refused_by_its_row() {
     let integers = SCHEMA.replace("float64 t_s", "int64 t_s");
     let no_motion = "uint64 tick\nfloat64 x\n";
+    let compressed = by_zstandard(parquet(3, COLUMNS, false));
+    let at_once = |row| cdr(MotionRow { t_s: 1.0, ..row });
+    let nowhere = |mut row: MotionRow| {
+        row.position_m = f64::NAN;
+        cdr(row)
+    };
     for (bytes, parts) in [
         (mcap(3, &integers, cdr), vec!["`t_s`", "int64", "numbers"]),
         (mcap(3, no_motion, cdr), vec!["`t_s` is missing", "`tick,x`"]),
-        (
-            mcap(3, SCHEMA, |row| {
-                cdr(MotionRow {
-                    position_m: f64::NAN,
-                    ..row
-                })
-            }),
-            vec!["row 1", "device_position_m", "NaN"],
-        ),
-        (
-            mcap(3, SCHEMA, |row| cdr(MotionRow { t_s: 1.0, ..row })),
-            vec!["row 2", "t_s = 1 s"],
-        ),
+        (mcap(3, SCHEMA, nowhere), vec!["row 1", "device_position_m", "NaN"]),
+        (mcap(3, SCHEMA, at_once), vec!["row 2", "t_s = 1 s"]),
         (mcap(3, SCHEMA, |row| cdr(row)[..20].to_vec()), vec!["row 1", "shorter"]),
         (mcap(3, SCHEMA, |_| vec![9]), vec!["row 1", "not in CDR"]),
         (parquet(2000, COLUMNS, true), vec!["row 10", "position_m = `NaN`"]),
@@ -300,10 +276,7 @@ fn what_is_not_a_motion_is_refused_by_its_row() {
             ],
         ),
         (b"PAR1 and nothing else".to_vec(), vec!["Parquet"]),
-        (
-            by_zstandard(parquet(3, COLUMNS, false)),
-            vec!["compressed by zstd", "gzip", "pandas.read_parquet"],
-        ),
+        (compressed, vec!["compressed by zstd", "gzip", "pandas.read_parquet"]),
         (csv("0,inf"), vec!["line 3", "inf"]),
         (csv("0,2e12"), vec!["line 3", "2000000000000"]),
         (csv("0,0\n1"), vec!["line 4", "1 of 2 cells", "position_m"]),
@@ -321,31 +294,20 @@ fn what_is_not_a_motion_is_refused_by_its_row() {
             assert!(message.contains(part), "{message} lacks {part}");
         }
     }
-    let missing = Rows::open(Path::new("/nowhere.csv"))
-        .err()
-        .expect("no file")
-        .to_string();
+    let missing = Rows::open(Path::new("/nowhere.csv")).err().expect("no file");
+    let missing = missing.to_string();
     assert!(missing.contains("/nowhere.csv: No such file"), "{missing}");
 }
 
 #[test]
 fn foreign_table_is_a_motion_by_its_names_and_units() {
-    let rows: String = (0..100)
-        .map(|k| {
-            format!(
-                "{};{};{}\n",
-                2 * k,
-                f64::from(k) * 0.5,
-                if k == 7 { "NaN" } else { "0" }
-            )
-            .replace('.', ",")
-        })
-        .collect();
+    let line = |k: u8| {
+        let block = if k == 7 { "NaN" } else { "0" };
+        format!("{};{};{block}\n", 2 * k, f64::from(k) * 0.5).replace('.', ",")
+    };
+    let rows: String = (0..100).map(line).collect();
     let text = format!("Rig 7\nZeit;device_position;block_position_m\nms;mm;m\n{rows}");
-    let directory = tempfile::tempdir().expect("a directory");
-    let path = directory.path().join("hand.csv");
-    std::fs::write(&path, text).expect("written");
-    let found = Rows::open(&path).expect("a motion");
+    let found = opened(text.as_bytes(), &TableOptions::default()).expect("a motion");
     assert!(!found.notes().is_empty(), "{:?}", found.notes());
     let found: Vec<MotionRow> = found.collect::<Result<_, _>>().expect("a motion");
     assert!(found.iter().all(|row| row.velocity_mps.is_none()));
@@ -355,44 +317,40 @@ fn foreign_table_is_a_motion_by_its_names_and_units() {
         position_gain: Some(1.0),
         ..TableOptions::default()
     };
-    let row = Rows::open_any(&path, &options).expect("a motion").nth(3);
+    let row = opened(text.as_bytes(), &options).expect("a motion").nth(3);
     assert_eq!(row.expect("a row").expect("a motion").position_m, 1.5);
 }
 
 /// A gain of 0 would be a motion that stands still, and names that are not used would be taken for used ones.
 #[test]
 fn options_on_columns_are_used_or_refused() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let path = directory.path().join("motion");
-    let open = |bytes: &[u8], options: &TableOptions| {
-        std::fs::write(&path, bytes).expect("written");
-        Rows::open_any(&path, options)?.collect::<Result<Vec<MotionRow>, _>>()
+    let positions = |bytes: &[u8], options: &TableOptions| {
+        let rows = opened(bytes, options)?.map(|row| row.map(|row| row.position_m));
+        rows.collect::<Result<Vec<f64>, _>>()
     };
     let gain = |gain| TableOptions {
         position_gain: Some(gain),
         ..TableOptions::default()
     };
     for value in [0.0, f64::NAN, f64::INFINITY] {
-        let error = open(b"t_s,x\n0,1\n1,2\n", &gain(value)).expect_err("no gain");
+        let error = positions(b"t_s,x\n0,1\n1,2\n", &gain(value)).expect_err("no gain");
         assert!(error.to_string().starts_with("--position-gain = "), "{error}");
     }
     let recording = "# hapticd recording 1\n# {}\nt_s,device_position_m,block_position_m\n0.0,1,5\n0.001,2,6\n0.002,3";
-    let rows = open(recording.as_bytes(), &gain(2.0)).expect("a motion");
-    assert_eq!(rows.iter().map(|row| row.position_m).collect::<Vec<_>>(), [2.0, 4.0]);
+    let found = positions(recording.as_bytes(), &gain(2.0)).expect("a motion");
+    assert_eq!(found, [2.0, 4.0]);
     let mut named = TableOptions::default();
     named.columns.position = Some("block_position_m".to_owned());
-    let rows = open(recording.as_bytes(), &named).expect("a motion");
-    assert_eq!(rows.iter().map(|row| row.position_m).collect::<Vec<_>>(), [5.0, 6.0]);
-    let error = open(&mcap(9, SCHEMA, cdr), &named).expect_err("no table");
+    let found = positions(recording.as_bytes(), &named).expect("a motion");
+    assert_eq!(found, [5.0, 6.0]);
+    let error = positions(&mcap(9, SCHEMA, cdr), &named).expect_err("no table");
     assert!(error.to_string().contains("cannot be named"), "{error}");
 }
 
 #[test]
 fn nothing_follows_an_error() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let path = directory.path().join("motion.csv");
-    std::fs::write(&path, csv("0,0\n1,no\n2,0")).expect("written");
-    let found: Vec<bool> = Rows::open(&path).expect("a motion").map(|row| row.is_ok()).collect();
+    let rows = opened(&csv("0,0\n1,no\n2,0"), &TableOptions::default()).expect("a motion");
+    let found: Vec<bool> = rows.map(|row| row.is_ok()).collect();
     assert_eq!(found, [true, false]);
 }
 

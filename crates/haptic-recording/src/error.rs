@@ -1,15 +1,14 @@
 //! Why a recording cannot be read or made, and how one ends.
 
-use crate::csv;
-use crate::format::{UnknownFormat, VERSION};
+use crate::format::UnknownFormat;
 pub use haptic_motion::Place;
 use std::path::PathBuf;
 use std::{fmt, io};
 use thiserror::Error;
 
 /// Where a table without the inputs of the servo is of use.
-const OTHER_TABLES: &str = "tables of other programs are read by `haptic-ctl identify`, `compare` and `simulate \
-                            --motion`";
+pub(crate) const OTHER_TABLES: &str =
+    "tables of other programs are read by `haptic-ctl identify`, `compare` and `simulate --motion`";
 
 /// Why a recording cannot be read.
 #[derive(Debug, Error)]
@@ -31,16 +30,9 @@ pub enum RecordingError {
         /// The system's error.
         source: io::Error,
     },
-    /// It is something else.
-    #[error(
-        "not a recording: it begins with `{found}`; a recording is MCAP, Parquet, or CSV that begins with \
-         `{}{VERSION}`; {OTHER_TABLES}",
-        csv::TITLE
-    )]
-    NotARecording {
-        /// How it begins.
-        found: String,
-    },
+    /// It is something else, or was written by a later release.
+    #[error("{0}")]
+    Unknown(String),
     /// It is of a format that recordings have, and of another program.
     #[error("not a recording: hapticd did not write this {format} file, which lacks {lacking}; {OTHER_TABLES}")]
     OtherProgram {
@@ -49,94 +41,46 @@ pub enum RecordingError {
         /// What every recording has.
         lacking: String,
     },
-    /// It was written by a later release.
-    #[error("a recording of version {found}; this program reads versions 1 and 2")]
-    Version {
-        /// Its version.
-        found: String,
-    },
     /// It has two axes, and its reader takes one.
     #[error(
         "a recording of two axes, and this takes one axis; `haptic-ctl recording` shows, exports and cuts it, and \
          `replay` computes it again"
     )]
     TwoAxes,
-    /// It was broken off before its first row.
-    #[error("{place}: the recording was broken off before its first row")]
-    NoRows {
-        /// What is not there.
-        place: Place,
-    },
-    /// Its metadata are missing or cannot be read.
-    #[error("{place}: the metadata cannot be read: {reason}")]
-    Metadata {
-        /// Where.
-        place: Place,
-        /// What is wrong.
-        reason: String,
-    },
-    /// A column is missing.
-    #[error("{place}: expected column {index} to be `{column}`, found `{found}`")]
-    Column {
-        /// Where.
-        place: Place,
-        /// Number of the column, from 1.
-        index: usize,
-        /// The column.
-        column: &'static str,
-        /// What stands there.
-        found: String,
-    },
-    /// A row cannot be read.
-    #[error("{place}: `{found}` is not a row: {reason}")]
-    Row {
-        /// Where.
-        place: Place,
-        /// What stands there.
-        found: String,
-        /// What is wrong.
-        reason: String,
-    },
-    /// A mark cannot be read.
-    #[error("{place}: `{found}` is not a mark: {reason}")]
-    Mark {
-        /// Where.
-        place: Place,
-        /// What stands there.
-        found: String,
-        /// What is wrong.
-        reason: String,
-    },
-    /// What holds the rows is damaged.
-    #[error("{place}: {reason}")]
-    Damaged {
-        /// Where.
-        place: Place,
-        /// What is wrong.
-        reason: String,
-    },
-    /// A line is longer than any of a recording.
-    #[error("line {line} is longer than {longest} bytes: the file is damaged")]
-    LineTooLong {
-        /// Line, from 1.
-        line: u64,
-        /// Longest line that is taken, bytes.
-        longest: u64,
-    },
+    /// A part of it is missing or damaged; the text says where.
+    #[error("{0}")]
+    Damaged(String),
 }
 
 impl RecordingError {
+    /// What is damaged at a place.
+    pub(crate) fn at(place: Place, reason: impl fmt::Display) -> Self {
+        Self::Damaged(format!("{place}: {reason}"))
+    }
+
+    pub(crate) fn no_rows(place: Place) -> Self {
+        Self::at(place, "the recording was broken off before its first row")
+    }
+
+    pub(crate) fn metadata(place: Place, reason: impl fmt::Display) -> Self {
+        Self::at(place, format_args!("the metadata cannot be read: {reason}"))
+    }
+
+    /// In the place of a column, numbered from 1, something else is found.
+    pub(crate) fn column(place: Place, index: usize, column: &str, found: &str) -> Self {
+        let expected = format_args!("expected column {index} to be `{column}`, found `{found}`");
+        Self::at(place, expected)
+    }
+
+    /// What is found is not a row, or not a mark.
+    pub(crate) fn not_a(what: &str, place: Place, found: &[u8], reason: impl fmt::Display) -> Self {
+        Self::at(place, format_args!("`{}` is not a {what}: {reason}", excerpt(found)))
+    }
+
     /// Whether the file is a recording, of which a part cannot be read.
     #[must_use]
     pub fn is_damage(&self) -> bool {
-        !matches!(
-            self,
-            Self::Open { .. }
-                | Self::NotARecording { .. }
-                | Self::OtherProgram { .. }
-                | Self::Version { .. }
-                | Self::TwoAxes
-        )
+        matches!(self, Self::Read { .. } | Self::Damaged(_))
     }
 
     /// What to do about it, to follow the error; empty where nothing helps.

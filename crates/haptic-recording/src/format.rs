@@ -84,7 +84,8 @@ pub(crate) fn axes(version: &str) -> Result<u8, RecordingError> {
     [1, 2]
         .into_iter()
         .find(|axes| version == self::version(*axes).to_string())
-        .ok_or_else(|| RecordingError::Version {
-            found: version.to_owned(),
+        .ok_or_else(|| {
+            let reads = "this program reads versions 1 and 2";
+            RecordingError::Unknown(format!("a recording of version {version}; {reads}"))
         })
 }

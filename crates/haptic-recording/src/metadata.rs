@@ -89,7 +89,7 @@ pub(crate) fn from_fields<'a>(
     place: Place,
     fields: impl IntoIterator<Item = (&'a str, &'a str)>,
 ) -> Result<Metadata, RecordingError> {
-    let failed = |reason: String| RecordingError::Metadata { place, reason };
+    let failed = |reason: String| RecordingError::metadata(place, reason);
     let mut object = serde_json::Map::new();
     let mut version = None;
     for (name, text) in fields {

@@ -232,47 +232,36 @@ mod tests {
     fn found(text: &str) -> Option<(char, String, String, usize)> {
         let lines = lines(text);
         let is_wanted = |title: &str| ["t", "time", "x", "position", "f", "force", "f\r\n(N)"].contains(&title);
-        Layout::find(&lines, &is_wanted).map(|layout| {
-            (
-                layout.separator,
-                layout.titles.join(" "),
-                layout.units.join(" "),
-                lines[layout.data].number,
-            )
-        })
+        let layout = Layout::find(&lines, &is_wanted)?;
+        let (titles, units) = (layout.titles.join(" "), layout.units.join(" "));
+        Some((layout.separator, titles, units, lines[layout.data].number))
     }
 
     #[test]
     fn remarks_units_and_separators_of_other_programs_are_seen() {
-        let seen =
-            |separator, titles: &str, units: &str, data| Some((separator, titles.to_owned(), units.to_owned(), data));
-        assert_eq!(found("t,x,f\n0,1,2"), seen(',', "t x f", "", 2));
-        assert_eq!(
-            found("Probe 7, rate 1000\nt;x;f\ns;mm;N\n0;1,5;2"),
-            seen(';', "t x f", "s mm N", 4)
-        );
-        assert_eq!(found("t x f\n0,1 0,2 0,3"), seen(' ', "t x f", "", 2));
-        assert_eq!(found("t,x,f\n\"0,1\",\"0,2\",\"0,3\""), seen(',', "t x f", "", 2));
-        assert_eq!(found("t,x,f\n0,1,2,\n"), seen(',', "t x f", "", 2));
-        assert_eq!(found("0,1,2\n1,1,2\n2,1,2"), seen(',', "1 2 3", "", 1));
+        let kinds = "time,position,force,temp\ns,mm,N,degC\nSmp,Smp,Avg,Avg\n0,1,2,3\n1,1,2,3\n";
+        let date = "Sample A of lab C\nStarted at: 12:24:01.209 12 May 2022\n\nt,x,f\n0,1,2\n1,1,2\n2,1,2\n";
+        let in_two_lines = "\"t\",\"x\",\"f\r\n(N)\"\r\n0,1,2\r\n1,1,2\r\n";
+        for (text, separator, titles, units, data) in [
+            ("t,x,f\n0,1,2", ',', "t x f", "", 2),
+            ("Probe 7, rate 1000\nt;x;f\ns;mm;N\n0;1,5;2", ';', "t x f", "s mm N", 4),
+            ("t x f\n0,1 0,2 0,3", ' ', "t x f", "", 2),
+            ("t,x,f\n\"0,1\",\"0,2\",\"0,3\"", ',', "t x f", "", 2),
+            ("t,x,f\n0,1,2,\n", ',', "t x f", "", 2),
+            ("0,1,2\n1,1,2\n2,1,2", ',', "1 2 3", "", 1),
+            // A heading in a remark, kinds below the units, a unit that nobody knows, and a date above.
+            ("# t,x,f\n0,1,2\n1,1,2\n", ',', "t x f", "", 2),
+            (kinds, ',', "time position force temp", "s mm N degC", 4),
+            (date, ',', "t x f", "", 5),
+            ("t,x,f\n0,NaN,NaN\n1,1,2\n2,1,2\n", ',', "t x f", "", 2),
+            // A title over two lines, and a quote that opens none.
+            (in_two_lines, ',', "t x f (N)", "", 3),
+            ("disk of 5\"\nt,x,f\n0,1,2\n1,1,2\n", ',', "t x f", "", 3),
+        ] {
+            let seen = (separator, titles.to_owned(), units.to_owned(), data);
+            assert_eq!(found(text), Some(seen), "{text}");
+        }
         assert_eq!(found("0,1,2\n0,1,2"), None);
-        // A heading in a remark, kinds below the units, a unit that nobody knows, and a date above.
-        assert_eq!(found("# t,x,f\n0,1,2\n1,1,2\n"), seen(',', "t x f", "", 2));
-        assert_eq!(
-            found("time,position,force,temp\ns,mm,N,degC\nSmp,Smp,Avg,Avg\n0,1,2,3\n1,1,2,3\n"),
-            seen(',', "time position force temp", "s mm N degC", 4)
-        );
-        assert_eq!(
-            found("Sample A of lab C\nStarted at: 12:24:01.209 12 May 2022\n\nt,x,f\n0,1,2\n1,1,2\n2,1,2\n"),
-            seen(',', "t x f", "", 5)
-        );
-        assert_eq!(found("t,x,f\n0,NaN,NaN\n1,1,2\n2,1,2\n"), seen(',', "t x f", "", 2));
-        // A title over two lines, and a quote that opens none.
-        assert_eq!(
-            found("\"t\",\"x\",\"f\r\n(N)\"\r\n0,1,2\r\n1,1,2\r\n"),
-            seen(',', "t x f (N)", "", 3)
-        );
-        assert_eq!(found("disk of 5\"\nt,x,f\n0,1,2\n1,1,2\n"), seen(',', "t x f", "", 3));
         assert_eq!(number("\u{2212}1", ','), None);
         assert_eq!(number("0,25", ';'), Some(0.25));
     }

@@ -21,9 +21,10 @@ use crate::opened::{Input, Opened, RECORDING_TITLE};
 use crate::text::decoded;
 use columns::in_brackets;
 use layout::{Layout, TextLine, cells, lines, number, on_the_same_day};
+use std::fmt::Display;
 use std::io::Read;
 use std::path::Path;
-use times::{Times, retain};
+use times::{Disorder, Times, retain};
 
 /// What is read of a file for its heading, bytes.
 const MAX_HEAD_BYTES: u64 = 1 << 16;
@@ -63,7 +64,8 @@ impl TableOptions {
         let wrong = |value: &f64| !value.is_finite() || *value == 0.0;
         for (option, gain) in gains {
             if let Some(value) = gain.filter(wrong) {
-                return Err(TableError::Gain { option, value });
+                let reason = format!("{option} = {value} is not a finite number other than 0");
+                return Err(TableError::Other(reason));
             }
         }
         Ok(())
@@ -96,24 +98,17 @@ fn bytes(path: &Path, input: Input, most: u64) -> Result<Vec<u8>, TableError> {
     input
         .take(most)
         .read_to_end(&mut bytes)
-        .map_err(|source| TableError::Open {
-            path: path.to_path_buf(),
-            source,
-        })?;
+        .map_err(|error| TableError::of(path, error))?;
     Ok(bytes)
 }
 
 /// The text that bytes of a file are.
 fn text(path: &Path, bytes: &[u8]) -> Result<String, TableError> {
     if bytes.is_empty() {
-        return Err(TableError::Empty {
-            path: path.to_path_buf(),
-            reason: "the file is empty".to_owned(),
-        });
+        return Err(TableError::of(path, "the file is empty"));
     }
-    let text = decoded(bytes).ok_or_else(|| TableError::NotText {
-        path: path.to_path_buf(),
-    })?;
+    let text =
+        decoded(bytes).ok_or_else(|| TableError::of(path, "not a table: the file is neither text nor Parquet"))?;
     // Lines of old programs end with a carriage return alone.
     Ok(if text.contains('\n') {
         text
@@ -146,9 +141,9 @@ fn layout(path: &Path, lines: &[TextLine<'_>], options: &TableOptions) -> Result
                 None => quantity.rank(title).is_some(),
             })
     };
-    Layout::find(lines, &is_wanted).ok_or_else(|| TableError::Empty {
-        path: path.to_path_buf(),
-        reason: "there is no heading with rows of numbers below it, as in `t_s,position_m,force_N`".to_owned(),
+    Layout::find(lines, &is_wanted).ok_or_else(|| {
+        let reason = "there is no heading with rows of numbers below it, as in `t_s,position_m,force_N`";
+        TableError::of(path, reason)
     })
 }
 
@@ -181,9 +176,11 @@ impl Table {
             Opened::Text(input) | Opened::CsvRecording(input) => {
                 Self::of_text(path, &bytes(path, input, u64::MAX)?, options, quantities)
             }
-            Opened::Mcap(_) | Opened::ParquetRecording(_) => Err(TableError::NoTable {
-                path: path.to_path_buf(),
-            }),
+            Opened::Mcap(_) | Opened::ParquetRecording(_) => Err(TableError::of(
+                path,
+                "the columns of a recording in MCAP or Parquet cannot be named, nor those of another MCAP file, and \
+                 their units are known; `haptic-ctl recording export` makes CSV of a recording",
+            )),
         }
     }
 
@@ -263,16 +260,10 @@ impl Table {
                 .map(|column| column.as_ref().map(|(cells, unit)| unit * cells[row]))
                 .collect();
             let place = Place::Row(row as u64 + 1);
-            if let Some(at) = values
-                .iter()
-                .position(|value| value.is_some_and(|value| !value.is_finite()))
-            {
-                table.no_number.get_or_insert_with(|| TableError::NotANumber {
-                    path: path.to_path_buf(),
-                    place,
-                    column: wanted[at].map_or_else(String::new, |(place, _)| names[place].clone()),
-                    value: values[at].map_or_else(String::new, |value| value.to_string()),
-                });
+            let cells = wanted.iter().flatten().zip(values.iter().flatten());
+            if let Some(((column, _), value)) = cells.into_iter().find(|(_, value)| !value.is_finite()) {
+                let no_number = || not_a_number(path, place, &names[*column], value);
+                table.no_number.get_or_insert_with(no_number);
             }
             table.push(place, &values, false);
         }
@@ -388,14 +379,14 @@ impl Table {
 
     /// Makes times of the stamps.
     fn time(&mut self, path: &Path) -> Result<(), TableError> {
-        let times =
-            Times::of(&self.t_s, |row| self.places[row].to_string()).map_err(|disorder| TableError::TimeGoesBack {
-                path: path.to_path_buf(),
-                place: self.places[disorder.at],
-                t_s: self.t_s[disorder.at],
-                before_s: self.t_s[disorder.at.saturating_sub(1)],
-                falls: disorder.falls,
-            })?;
+        let times = Times::of(&self.t_s, |row| self.places[row].to_string()).map_err(|Disorder { at, falls }| {
+            let (before_s, t_s) = (self.t_s[at.saturating_sub(1)], self.t_s[at]);
+            let reason = format!(
+                "time goes back from {before_s} s to {t_s} s, as it does {falls} times: no clock does that; name the \
+                 time column with --time-column, or give the takes one by one"
+            );
+            TableError::at(path, self.places[at], reason)
+        })?;
         if !self.has_time_unit && !self.is_time_of_day && times.period_s > SLOWEST_WITHOUT_UNIT_S {
             return Err(TableError::NoTimeUnit {
                 path: path.to_path_buf(),
@@ -515,18 +506,14 @@ fn value(
     column: &str,
     separator: char,
 ) -> Result<f64, TableError> {
+    let place_in_file = Place::Line(line as u64);
     let Some(text) = row.get(place) else {
-        return Err(TableError::ShortRow {
-            path: path.to_path_buf(),
-            line,
-            cells: row.len(),
-            column: column.to_owned(),
-        });
+        let reason = format!("the row has {} cells, and none for {column}", row.len());
+        return Err(TableError::at(path, place_in_file, reason));
     };
-    number(text, separator).ok_or_else(|| TableError::NotANumber {
-        path: path.to_path_buf(),
-        place: Place::Line(line as u64),
-        column: column.to_owned(),
-        value: (*text).to_owned(),
-    })
+    number(text, separator).ok_or_else(|| not_a_number(path, place_in_file, column, text))
+}
+
+fn not_a_number(path: &Path, place: Place, column: &str, value: impl Display) -> TableError {
+    TableError::at(path, place, format_args!("{column} = `{value}` is not a number"))
 }

@@ -40,11 +40,8 @@ impl ParquetTable {
     pub(super) fn column(&self, index: usize) -> Result<Vec<f64>, TableError> {
         let descriptor = self.reader.metadata().file_metadata().schema_descr_ptr().column(index);
         let name = descriptor.path().string();
-        let failed = |reason: String| TableError::Parquet {
-            path: self.path.clone(),
-            column: name.clone(),
-            reason,
-        };
+        let failed =
+            |reason: String| TableError::of(&self.path, format_args!("the column `{name}` is not read: {reason}"));
         if descriptor.max_rep_level() > 0 {
             return Err(failed("of lists: one number a row expected".to_owned()));
         }

@@ -2,8 +2,8 @@
 
 use super::{TITLE, row};
 use crate::columns;
-use crate::error::{Ending, Place, RecordingError, excerpt};
-use crate::format;
+use crate::error::{Ending, OTHER_TABLES, Place, RecordingError, excerpt};
+use crate::format::{self, VERSION};
 use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
 use crate::reader::Source;
@@ -33,14 +33,14 @@ impl<R: BufRead> Reader<R> {
     /// It is not a recording, is of another version, or broken off before its first row.
     pub(crate) fn new(mut input: R) -> Result<Self, RecordingError> {
         let (mut line, mut text) = (0, Vec::new());
-        let mut next = |text: &mut Vec<u8>| -> Result<(u64, String), RecordingError> {
-            match next_line(&mut input, &mut line, text)? {
-                LineEnd::Whole => Ok((line, String::from_utf8_lossy(trimmed(text)).into_owned())),
+        let mut next = |text: &mut Vec<u8>| -> Result<(Place, String), RecordingError> {
+            let end = next_line(&mut input, &mut line, text)?;
+            let place = Place::Line(line);
+            match end {
+                LineEnd::Whole => Ok((place, String::from_utf8_lossy(trimmed(text)).into_owned())),
                 // A file of another kind may have no newline at all.
-                LineEnd::Partial if line == 1 && !text.starts_with(TITLE.as_bytes()) => Ok((line, excerpt(text))),
-                LineEnd::Partial | LineEnd::None => Err(RecordingError::NoRows {
-                    place: Place::Line(line),
-                }),
+                LineEnd::Partial if line == 1 && !text.starts_with(TITLE.as_bytes()) => Ok((place, excerpt(text))),
+                LineEnd::Partial | LineEnd::None => Err(RecordingError::no_rows(place)),
             }
         };
         let (_, title) = next(&mut text)?;
@@ -54,18 +54,12 @@ impl<R: BufRead> Reader<R> {
             };
             if remark.trim_start().starts_with('{') {
                 let object: serde_json::Map<_, _> =
-                    serde_json::from_str(remark).map_err(|error| RecordingError::Metadata {
-                        place: Place::Line(at),
-                        reason: error.to_string(),
-                    })?;
+                    serde_json::from_str(remark).map_err(|error| RecordingError::metadata(at, error))?;
                 fields.extend(object);
             }
         };
-        let metadata =
-            Metadata::deserialize(serde_json::Value::Object(fields)).map_err(|error| RecordingError::Metadata {
-                place: Place::Line(at),
-                reason: error.to_string(),
-            })?;
+        let metadata = Metadata::deserialize(serde_json::Value::Object(fields))
+            .map_err(|error| RecordingError::metadata(at, error))?;
         check_columns(at, &header, axes)?;
         Ok(Self {
             columns: header.split(',').count(),
@@ -121,24 +115,24 @@ impl<R: BufRead + Send> Source for Reader<R> {
 
 /// The axes of the recording that a first line begins.
 fn axes_of(title: &str) -> Result<u8, RecordingError> {
-    let version = title.strip_prefix(TITLE).ok_or_else(|| RecordingError::NotARecording {
-        found: excerpt(title.as_bytes()),
+    let version = title.strip_prefix(TITLE).ok_or_else(|| {
+        RecordingError::Unknown(format!(
+            "not a recording: it begins with `{}`; a recording is MCAP, Parquet, or CSV that begins with \
+             `{TITLE}{VERSION}`; {OTHER_TABLES}",
+            excerpt(title.as_bytes())
+        ))
     })?;
     format::axes(version)
 }
 
 /// Whether a header, at a line, names the columns of a recording.
-fn check_columns(at: u64, header: &str, axes: u8) -> Result<(), RecordingError> {
+fn check_columns(at: Place, header: &str, axes: u8) -> Result<(), RecordingError> {
     let mut found = header.split(',').map(str::trim);
     for (index, column) in columns::columns(axes).iter().enumerate() {
         let name = found.next();
         if name != Some(column.name) {
-            return Err(RecordingError::Column {
-                place: Place::Line(at),
-                index: index + 1,
-                column: column.name,
-                found: excerpt(name.unwrap_or_default().as_bytes()),
-            });
+            let found = excerpt(name.unwrap_or_default().as_bytes());
+            return Err(RecordingError::column(at, index + 1, column.name, &found));
         }
     }
     Ok(())
@@ -165,10 +159,8 @@ fn next_line<R: BufRead>(input: &mut R, line: &mut u64, text: &mut Vec<u8>) -> R
         Some(b'\n') => LineEnd::Whole,
         None => LineEnd::None,
         Some(_) if read as u64 == MAX_LINE => {
-            return Err(RecordingError::LineTooLong {
-                line: *line,
-                longest: MAX_LINE,
-            });
+            let reason = format!("line {line} is longer than {MAX_LINE} bytes: the file is damaged");
+            return Err(RecordingError::Damaged(reason));
         }
         Some(_) => LineEnd::Partial,
     })
@@ -178,22 +170,14 @@ fn next_line<R: BufRead>(input: &mut R, line: &mut u64, text: &mut Vec<u8>) -> R
 fn parse(line: u64, text: &[u8], columns: usize, axes: u8) -> Result<Option<Entry>, RecordingError> {
     let place = Place::Line(line);
     if let Some(remark) = text.strip_prefix(b"#") {
-        return parse_mark(remark).map_err(|error| RecordingError::Mark {
-            place,
-            found: excerpt(text),
-            reason: error.to_string(),
-        });
+        return parse_mark(remark).map_err(|error| RecordingError::not_a("mark", place, text, error));
     }
     if text.is_empty() {
         return Ok(None);
     }
     row::parse(text, columns, axes)
         .map(|(row, y)| Some(Entry::Row(row, y)))
-        .map_err(|reason| RecordingError::Row {
-            place,
-            found: excerpt(text),
-            reason,
-        })
+        .map_err(|reason| RecordingError::not_a("row", place, text, reason))
 }
 
 fn parse_mark(remark: &[u8]) -> Result<Option<Entry>, serde_json::Error> {

@@ -3,7 +3,7 @@
 use super::layout::{Layout, bytes_at};
 use super::records::{self, Next, RECORD_HEADER, Records, damaged};
 use super::{MARKS, MESSAGE_HEADER, METADATA, SAMPLES};
-use crate::error::{Ending, Place, RecordingError, excerpt};
+use crate::error::{Ending, Place, RecordingError};
 use crate::mark::{Entry, Mark};
 use crate::metadata::{Metadata, from_fields};
 use crate::reader::Source;
@@ -52,28 +52,17 @@ impl<R: Read> Reader<R> {
         let mut records = Records::new(input, mcap::MAGIC.len() as u64);
         let metadata = loop {
             let (opcode, place) = match records.next(|opcode| opcode == op::METADATA)? {
-                Next::Record { opcode, place } => (opcode, place),
-                Next::Torn { place, .. } => {
-                    return Err(RecordingError::NoRows {
-                        place: Place::Byte(place),
-                    });
-                }
-                Next::End => {
-                    return Err(RecordingError::NoRows {
-                        place: Place::Byte(records.at()),
-                    });
-                }
+                Next::Record { opcode, place } => (opcode, Place::Byte(place)),
+                Next::Torn { place, .. } => return Err(RecordingError::no_rows(Place::Byte(place))),
+                Next::End => return Err(RecordingError::no_rows(Place::Byte(records.at()))),
             };
             match opcode {
                 op::METADATA => {
-                    let failed = || RecordingError::Metadata {
-                        place: Place::Byte(place),
-                        reason: "the record is damaged".to_owned(),
-                    };
+                    let failed = || RecordingError::metadata(place, "the record is damaged");
                     let (name, rest) = records::text(records.body()).ok_or_else(failed)?;
                     if name == METADATA {
                         let fields = records::map(rest).ok_or_else(failed)?;
-                        break from_fields(Place::Byte(place), fields)?;
+                        break from_fields(place, fields)?;
                     }
                 }
                 op::CHUNK | op::MESSAGE | op::DATA_END | op::FOOTER => {
@@ -311,19 +300,11 @@ fn message(channels: &BTreeMap<u16, Channel>, place: u64, body: &[u8]) -> Result
     match channels.get(&u16::from_le_bytes(bytes_at(header, 0))) {
         Some(Channel::Samples(layout)) => match layout.decode(data) {
             Ok((row, y)) => Ok(Some(Entry::Row(row, y))),
-            Err(reason) => Err(RecordingError::Row {
-                place: Place::Byte(place),
-                found: excerpt(data),
-                reason,
-            }),
+            Err(reason) => Err(RecordingError::not_a("row", Place::Byte(place), data, reason)),
         },
         Some(Channel::Marks) => match Mark::from_json(data) {
             Ok(mark) => Ok(mark.map(Entry::Mark)),
-            Err(error) => Err(RecordingError::Mark {
-                place: Place::Byte(place),
-                found: excerpt(data),
-                reason: error.to_string(),
-            }),
+            Err(error) => Err(RecordingError::not_a("mark", Place::Byte(place), data, error)),
         },
         Some(Channel::Other) => Ok(None),
         None => Err(damaged(place, "a message has no channel")),

@@ -2,6 +2,7 @@
 
 use super::layout::bytes_at;
 use crate::error::{Place, RecordingError};
+use std::fmt::Display;
 use std::io::{self, Read};
 
 /// Longest record that is taken into memory, bytes: chunks of other tools have some megabytes.
@@ -119,11 +120,8 @@ impl<R: Read> Records<R> {
 }
 
 /// What holds the rows is damaged.
-pub(super) fn damaged(place: u64, reason: impl Into<String>) -> RecordingError {
-    RecordingError::Damaged {
-        place: Place::Byte(place),
-        reason: reason.into(),
-    }
+pub(super) fn damaged(place: u64, reason: impl Display) -> RecordingError {
+    RecordingError::at(Place::Byte(place), reason)
 }
 
 /// A field of text, behind its length; and what follows.

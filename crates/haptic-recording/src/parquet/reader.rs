@@ -8,8 +8,8 @@ use crate::metadata::{Metadata, from_fields};
 use crate::reader::Source;
 use haptic_ipc::{Sample, SampleY};
 use haptic_motion::guard::{Pages, guarded};
-use parquet::column::reader::ColumnReaderImpl;
-use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int32Type, Int64Type};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
+use parquet::data_type::{ByteArray, DataType};
 use parquet::errors::Result;
 use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 use std::collections::VecDeque;
@@ -29,20 +29,12 @@ pub(crate) struct Reader {
     left: usize,
     /// Rows before the end of that group.
     group_end: u64,
-    open: Vec<Cells>,
+    open: Vec<ColumnReader>,
     /// Rows that were read and are not handed out, the next one last.
     rows: Vec<(Sample, SampleY)>,
     handed: u64,
     is_complete: bool,
     ending: Option<Ending>,
-}
-
-/// A column of a group.
-enum Cells {
-    I64(ColumnReaderImpl<Int64Type>),
-    I32(ColumnReaderImpl<Int32Type>),
-    F64(ColumnReaderImpl<DoubleType>),
-    Text(ColumnReaderImpl<ByteArrayType>),
 }
 
 impl Reader {
@@ -54,14 +46,11 @@ impl Reader {
         let place = Place::Byte(input.len());
         let is_whole = guarded(|| input.get_bytes(input.len().saturating_sub(4), 4));
         if !is_whole.is_ok_and(|end| end == MAGIC) {
-            return Err(RecordingError::Damaged {
-                place,
-                reason: "a Parquet file without its footer, which comes last: nothing of it can be read".to_owned(),
-            });
+            let reason = "a Parquet file without its footer, which comes last: nothing of it can be read";
+            return Err(RecordingError::at(place, reason));
         }
         let file = guarded(|| SerializedFileReader::new(input));
-        let file = file.map_err(|reason| RecordingError::Damaged { place, reason })?;
-        let failed = |reason| RecordingError::Metadata { place, reason };
+        let file = file.map_err(|reason| RecordingError::at(place, reason))?;
         let pairs = file.metadata().file_metadata().key_value_metadata();
         let ours = pairs
             .into_iter()
@@ -76,8 +65,8 @@ impl Reader {
         }
         let (marks, fields): (Vec<_>, Vec<_>) = fields.into_iter().partition(|(name, _)| MARKS.ends_with(name));
         let metadata = from_fields(place, fields)?;
-        let marks =
-            marks_of(marks.first().map_or("[]", |(_, text)| text)).map_err(|error| failed(error.to_string()))?;
+        let marks = marks_of(marks.first().map_or("[]", |(_, text)| text))
+            .map_err(|error| RecordingError::metadata(place, error))?;
         let columns = columns_of(&file, metadata.axes)?;
         Ok(Self {
             is_complete: marks.iter().any(|(_, mark)| matches!(mark, Mark::End { .. })),
@@ -125,7 +114,7 @@ impl Source for Reader {
                     // Reading continues with the next group.
                     self.rows.clear();
                     (self.left, self.handed) = (0, self.group_end);
-                    RecordingError::Damaged { place, reason }
+                    RecordingError::at(place, reason)
                 })?;
         }
         if let Some((row, y)) = self.rows.pop() {
@@ -158,16 +147,11 @@ impl Reader {
             let values = u64::try_from(group.metadata().num_rows())?;
             self.group_end = self.group_end.saturating_add(values);
             self.open.clear();
-            for (index, column) in &self.columns {
+            for (index, _) in &self.columns {
                 let inner = group.get_column_page_reader(*index)?;
                 let pages = Box::new(Pages { inner, values });
                 let description = group.metadata().column(*index).column_descr_ptr();
-                self.open.push(match column.kind {
-                    Kind::U64 => Cells::I64(ColumnReaderImpl::new(description, pages)),
-                    Kind::U32 | Kind::Contact => Cells::I32(ColumnReaderImpl::new(description, pages)),
-                    Kind::F64 => Cells::F64(ColumnReaderImpl::new(description, pages)),
-                    Kind::State => Cells::Text(ColumnReaderImpl::new(description, pages)),
-                });
+                self.open.push(get_column_reader(description, pages));
             }
             self.left = usize::try_from(values)?;
         }
@@ -175,7 +159,7 @@ impl Reader {
         self.left -= count;
         self.rows.resize(count, (Sample::default(), SampleY::default()));
         for (cells, (_, column)) in self.open.iter_mut().zip(&self.columns) {
-            let bits = cells.read(count)?;
+            let bits = read_bits(cells, count)?;
             if bits.len() != count {
                 return Ok(Err(format!("{} has {} of {count} rows", column.name, bits.len())));
             }
@@ -197,26 +181,26 @@ impl Reader {
     }
 }
 
-impl Cells {
-    /// Reads `count` cells, or those that are left, as bits.
-    fn read(&mut self, count: usize) -> Result<Vec<u64>> {
-        fn values<T: DataType>(reader: &mut ColumnReaderImpl<T>, count: usize) -> Result<Vec<T::T>> {
-            let mut values = Vec::with_capacity(count);
-            // A column that another program wrote may allow for nulls; one that has some is short here.
-            let mut levels = Vec::new();
-            reader.read_records(count, Some(&mut levels), None, &mut values)?;
-            Ok(values)
-        }
-        Ok(match self {
-            Self::I64(reader) => values(reader, count)?.into_iter().map(i64::cast_unsigned).collect(),
-            Self::F64(reader) => values(reader, count)?.into_iter().map(f64::to_bits).collect(),
-            Self::I32(reader) => {
-                let values = values(reader, count)?.into_iter();
-                values.map(|value| value.cast_unsigned().into()).collect()
-            }
-            Self::Text(reader) => values(reader, count)?.iter().map(state).collect(),
-        })
+/// Reads `count` cells, or those that are left, as bits.
+fn read_bits(reader: &mut ColumnReader, count: usize) -> Result<Vec<u64>> {
+    fn values<T: DataType>(reader: &mut ColumnReaderImpl<T>, count: usize) -> Result<Vec<T::T>> {
+        let mut values = Vec::with_capacity(count);
+        // A column that another program wrote may allow for nulls; one that has some is short here.
+        let mut levels = Vec::new();
+        reader.read_records(count, Some(&mut levels), None, &mut values)?;
+        Ok(values)
     }
+    Ok(match reader {
+        ColumnReader::Int64ColumnReader(reader) => values(reader, count)?.into_iter().map(i64::cast_unsigned).collect(),
+        ColumnReader::DoubleColumnReader(reader) => values(reader, count)?.into_iter().map(f64::to_bits).collect(),
+        ColumnReader::Int32ColumnReader(reader) => {
+            let values = values(reader, count)?.into_iter();
+            values.map(|value| value.cast_unsigned().into()).collect()
+        }
+        ColumnReader::ByteArrayColumnReader(reader) => values(reader, count)?.iter().map(state).collect(),
+        // No column of ours is of such a type.
+        _ => Vec::new(),
+    })
 }
 
 /// Place of a state; beyond the last one where it is none.
@@ -246,18 +230,13 @@ fn columns_of<R: ChunkReader + 'static>(
     let known = columns::columns(axes);
     let mut columns = Vec::with_capacity(known.len());
     for (index, column) in known.iter().enumerate() {
-        let failed = |found: String| RecordingError::Column {
-            place: Place::Row(0),
-            index: index + 1,
-            column: column.name,
-            found,
-        };
+        let failed = |found: &str| RecordingError::column(Place::Row(0), index + 1, column.name, found);
         let found = (0..schema.num_columns()).find(|found| schema.column(*found).path().string() == column.name);
-        let found = found.ok_or_else(|| failed(String::new()))?;
+        let found = found.ok_or_else(|| failed(""))?;
         let description = schema.column(found);
         let physical = description.physical_type().to_string();
         if physical != type_of(column.kind).0 || description.max_rep_level() > 0 {
-            return Err(failed(format!("{physical} {}", column.name)));
+            return Err(failed(&format!("{physical} {}", column.name)));
         }
         columns.push((found, column));
     }

@@ -1,5 +1,6 @@
-//! Recordings that are made from others.
+//! Recordings that are made from others, of two axes: what is copied of one is copied of the other.
 
+use super::plane::{about, y};
 use super::*;
 use haptic_ipc::{SceneArrival, SceneRamp};
 use std::path::PathBuf;
@@ -18,7 +19,7 @@ impl Folder {
     /// Writes a recording that was ended, or not.
     fn write(&self, name: &str, entries: &[Entry], is_complete: bool) -> PathBuf {
         let path = self.path(name);
-        let mut writer = Writer::create(&path, &metadata(), false).expect("begun");
+        let mut writer = Writer::create(&path, &about(), false).expect("begun");
         for entry in entries {
             writer.entry(entry).expect("written");
         }
@@ -41,14 +42,18 @@ impl Folder {
     }
 }
 
-fn scene_mark(tick: u64, revision: u64, arrival: Option<SceneArrival>) -> Mark {
+fn read(path: &Path) -> Result<Recording, RecordingError> {
+    open_any(path)?.into_recording()
+}
+
+fn scene_mark(tick: u64, revision: u64, arrival: SceneArrival) -> Mark {
     Mark::Scene {
         tick,
         revision,
         name: format!("scene {revision}"),
         law: "karnopp".into(),
         params: haptic_ipc::params_of(&scene()),
-        arrival: arrival.map(Box::new),
+        arrival: Some(Box::new(arrival)),
     }
 }
 
@@ -74,20 +79,14 @@ fn session() -> Vec<Entry> {
         from: named(8),
         over_s: 0.1,
     };
+    let in_time = SceneArrival {
+        ramp: Some(ramp),
+        ..at_once(9)
+    };
     let marks = [
         (1, state(1, RigState::Engaged)),
-        (300, scene_mark(300, 8, Some(at_once(8)))),
-        (
-            500,
-            scene_mark(
-                500,
-                9,
-                Some(SceneArrival {
-                    scene: named(9),
-                    ramp: Some(ramp),
-                }),
-            ),
-        ),
+        (300, scene_mark(300, 8, at_once(8))),
+        (500, scene_mark(500, 9, in_time)),
         (700, state(700, RigState::Stopped)),
         (800, Mark::Lost { rows: 3 }),
     ];
@@ -95,7 +94,7 @@ fn session() -> Vec<Entry> {
         .flat_map(|tick| {
             let here = marks.iter().filter(move |(at, _)| *at == tick);
             here.map(|(_, mark)| Entry::Mark(mark.clone()))
-                .chain([Entry::Row(sample(tick), None)])
+                .chain([Entry::Row(sample(tick), Some(y(tick)))])
         })
         .collect()
 }
@@ -130,28 +129,21 @@ fn a_repair_keeps_every_row_that_is_whole() {
         let whole = std::fs::read(&path).expect("it is there");
         // Torn in the last row.
         let row = [&[0, 1, 0, 0][..], &1000_u64.to_le_bytes()].concat();
-        let torn = match whole.windows(12).rposition(|bytes| bytes == row) {
-            Some(place) => place + 20,
-            None => whole.windows(6).rposition(|bytes| bytes == b"\n1000,").expect("a row") + 21,
-        };
+        let is_row = |bytes: &[u8]| bytes == row || bytes[..6] == *b"\n1000,";
+        let torn = whole.windows(12).rposition(is_row).expect("a row") + 21;
         std::fs::write(&path, &whole[..torn]).expect("written");
         let repaired = repair(&path, &path, true).expect("repaired");
         assert_eq!(repaired.totals.rows, 999, "{name}");
-        assert!(
-            (20..80).contains(&repaired.dropped_bytes),
-            "{name}: {}",
-            repaired.dropped_bytes
-        );
+        let dropped = repaired.dropped_bytes;
+        assert!((20..80).contains(&dropped), "{name}: {dropped}");
         assert!(matches!(repaired.ending, Ending::BrokenOff { .. }), "{name}");
         let found = read(&path).expect("whole");
         assert_eq!(found.ending, Ending::Complete);
-        let last = found.marks.len() - 2;
-        assert!(
-            matches!(&found.marks[last].1, Mark::Marker { tick: 999, text } if text.contains("broken off")),
-            "{:?}",
-            found.marks[last]
-        );
+        let last = &found.marks[found.marks.len() - 2].1;
+        let is_told = matches!(last, Mark::Marker { tick: 999, text } if text.contains("broken off"));
+        assert!(is_told, "{last:?}");
         assert_eq!(found.rows.last().map(|row| row.tick), Some(999));
+        assert_eq!(found.rows_y.last(), Some(&y(999)));
     }
     assert_eq!(folder.names(), ["r.csv", "r.mcap"]);
 }
@@ -159,27 +151,21 @@ fn a_repair_keeps_every_row_that_is_whole() {
 #[test]
 fn a_repair_passes_over_damage_and_marks_what_is_lost() {
     let folder = Folder::new();
-    for (name, lost, dropped) in [("r.csv", 1, 40..200), ("r.mcap", 250, 40_000..50_000)] {
+    for (name, lost, dropped) in [("r.csv", 1, 40..200), ("r.mcap", 250, 55_000..65_000)] {
         let path = folder.write(name, &session(), true);
         let mut bytes = std::fs::read(&path).expect("it is there");
-        let place = match bytes.windows(8).position(|bytes| bytes == 400_u64.to_le_bytes()) {
-            Some(place) => place + 8,
-            None => bytes.windows(5).position(|bytes| bytes == b"\n400,").expect("a row") + 3,
-        };
-        bytes[place] = b'x';
+        let row = 400_u64.to_le_bytes();
+        let is_row = |bytes: &[u8]| bytes == row || bytes[..5] == *b"\n400,";
+        let place = bytes.windows(8).position(is_row).expect("a row");
+        // In the tick of CSV, behind that of MCAP.
+        let within = if bytes[place] == b'\n' { 3 } else { 8 };
+        bytes[place + within] = b'x';
         std::fs::write(&path, bytes).expect("written");
         drop(read(&path).expect_err("damaged"));
         let repaired = repair(&path, &folder.path(&format!("whole {name}")), false).expect("repaired");
-        assert_eq!(
-            (repaired.totals.rows, repaired.totals.lost),
-            (1000 - lost, 3 + lost),
-            "{name}"
-        );
-        assert!(
-            dropped.contains(&repaired.dropped_bytes),
-            "{name}: {}",
-            repaired.dropped_bytes
-        );
+        let (totals, bytes) = (repaired.totals, repaired.dropped_bytes);
+        assert_eq!((totals.rows, totals.lost), (1000 - lost, 3 + lost), "{name}");
+        assert!(dropped.contains(&bytes), "{name}: {bytes}");
         assert_eq!(repaired.ending, Ending::Complete);
     }
 }
@@ -203,6 +189,7 @@ fn a_cut_begins_with_the_scene_and_the_state_of_its_moment() {
     };
     let middle = part("middle.csv", Span::Time(0.3995..0.45));
     assert_eq!(ticks(&middle), (401, 450));
+    assert_eq!((middle.rows_y[0], middle.rows_y.last()), (y(401), Some(&y(450))));
     assert_eq!((middle.metadata.revision, &middle.metadata.scene), (8, &named(8)));
     assert!((middle.metadata.started_unix_s - metadata().started_unix_s - 0.4).abs() < 1e-6);
     assert_eq!(marks(&middle), [(0, Some(1)), (50, None)]);

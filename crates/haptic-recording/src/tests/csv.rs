@@ -1,7 +1,7 @@
 //! CSV alone.
 
 use super::*;
-use haptic_ipc::SAMPLE_COLUMNS;
+use haptic_ipc::{SAMPLE_COLUMNS, SAMPLE_Y_COLUMNS};
 
 fn recording(rows: &[Sample]) -> Vec<u8> {
     written(Format::Csv, &metadata(), &entries(rows)).0
@@ -9,20 +9,27 @@ fn recording(rows: &[Sample]) -> Vec<u8> {
 
 #[test]
 fn a_recording_reads_as_its_description_shows_it() {
-    let text = String::from_utf8(recording(&[sample(1)])).expect("text");
-    let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines[0], "# hapticd recording 1");
-    assert!(
-        lines[1].starts_with(r##"# {"server":"hapticd 0.1.0","device":"fake rig, \"of glass\"","loop_rate_hz""##),
-        "{}",
-        lines[1]
-    );
-    assert_eq!(lines[2], SAMPLE_COLUMNS.join(","));
-    assert_eq!(
-        lines[3],
-        "1,0.001,engaged,-1,0.1,-0.2,0.3333333333333333,0.0,5.5,-5.5,7,100,200,0,0,0,0,0.0,0,0"
-    );
-    assert_eq!(lines[4], r##"# {"mark":"end","rows":1,"lost":0,"missed":0}"##);
+    let cells = "1,0.001,engaged,-1,0.1,-0.2,0.3333333333333333,0.0,5.5,-5.5,7,100,200,0,0,0,0,0.0,0,0";
+    let both = [SAMPLE_COLUMNS, &SAMPLE_Y_COLUMNS].concat();
+    for (axes, y, columns, cells) in [
+        (1, None, SAMPLE_COLUMNS.join(","), cells.to_owned()),
+        (
+            2,
+            Some(SampleY::of_cells([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7])),
+            both.join(","),
+            format!("{cells},0.1,0.2,0.3,0.4,0.5,0.6,0.7"),
+        ),
+    ] {
+        let about = Metadata { axes, ..metadata() };
+        let bytes = written(Format::Csv, &about, &[Entry::Row(sample(1), y)]).0;
+        let text = String::from_utf8(bytes).expect("text");
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], format!("# hapticd recording {axes}"));
+        let begin = r##"# {"server":"hapticd 0.1.0","device":"fake rig, \"of glass\"","loop_rate_hz""##;
+        assert!(lines[1].starts_with(begin), "{}", lines[1]);
+        assert_eq!(lines[2..4], [columns, cells]);
+        assert_eq!(lines[4], r##"# {"mark":"end","rows":1,"lost":0,"missed":0}"##);
+    }
 }
 
 #[test]
@@ -62,54 +69,46 @@ fn a_writer_that_dies_has_passed_on_all_but_its_last_second() {
     std::mem::forget(writer);
 }
 
+/// Asserts that a damaged recording is refused with these words.
+fn check(damaged: &str, parts: &[&str]) {
+    let error = read_bytes(damaged.as_bytes()).expect_err("damaged").to_string();
+    for part in parts {
+        assert!(error.contains(part), "{error} lacks {part}");
+    }
+}
+
 #[test]
 fn what_is_no_recording_is_refused_by_its_line() {
     let whole = String::from_utf8(recording(&[sample(1), sample(2)])).expect("text");
+    let of_two = whole.replace("recording 1", "recording 2");
+    let cells = whole.replacen(",0.0,0,0\n2,", "\n2,", 1);
     for (damaged, parts) in [
-        (String::new(), vec!["line 1"]),
-        (
-            "t_s,device_position_m\n0,0\n".to_owned(),
-            vec!["begins with `t_s,device_position_m`"],
-        ),
-        ("\u{7f}ELF".to_owned(), vec!["not a recording"]),
-        (
-            whole.replace("recording 1", "recording 3"),
-            vec!["version 3", "reads versions 1 and 2"],
-        ),
-        (
-            whole.replace("recording 1", "recording 2"),
-            vec!["line 3", "column 21", "`device_position_y_m`", "``"],
-        ),
-        (whole.replace("\"rate_hz\"", "\"rate\""), vec!["metadata", "rate_hz"]),
-        (whole.replace("# {\"server", "# {server"), vec!["line 2", "metadata"]),
-        (
-            whole.replace("block_position_m", "block_m"),
-            vec!["line 3", "column 7", "`block_position_m`", "`block_m`"],
-        ),
-        (whole.replace("2,0.002,", "2,soon,"), vec!["line 5", "soon"]),
-        (
-            whole.replace("2,0.002,engaged", "2,0.002,asleep"),
-            vec!["line 5", "asleep"],
-        ),
-        (
-            whole.replacen(",0.0,0,0\n2,", "\n2,", 1),
-            vec!["line 4", "is not a row", "17 cells of 20"],
-        ),
-        (
-            whole.replace("\"rows\":2", "\"rows\":two"),
-            vec!["line 6", "is not a mark"],
-        ),
-        (format!("{}\n", "9".repeat(2 << 20)), vec!["line 1 is longer"]),
+        (String::new(), ["line 1", "", ""]),
+        ("t_s,x\n0,0\n".to_owned(), ["begins with `t_s,x`", "", ""]),
+        ("\u{7f}ELF".to_owned(), ["not a recording", "", ""]),
+        (of_two, ["line 3: expected column 21", "`device_position_y_m`", "``"]),
+        (cells, ["line 4", "is not a row", "17 cells of 20"]),
+        (format!("{}\n", "9".repeat(2 << 20)), ["line 1 is longer", "", ""]),
     ] {
-        let error = read_bytes(damaged.as_bytes()).expect_err("damaged").to_string();
-        for part in parts {
-            assert!(error.contains(part), "{error} lacks {part}");
-        }
+        check(&damaged, &parts);
     }
-    let error = read(std::path::Path::new("/nonexistent.csv"))
-        .expect_err("no file")
-        .to_string();
-    assert!(error.contains("/nonexistent.csv"), "{error}");
+    for (wanted, by, parts) in [
+        ("recording 1", "recording 3", ["version 3", "reads versions 1 and 2"]),
+        ("\"rate_hz\"", "\"rate\"", ["metadata", "rate_hz"]),
+        ("# {\"server", "# {server", ["line 2", "metadata"]),
+        (
+            "block_position_m",
+            "block_m",
+            ["line 3: expected column 7", "`block_position_m`, found `block_m`"],
+        ),
+        ("2,0.002,", "2,soon,", ["line 5", "soon"]),
+        ("2,0.002,engaged", "2,0.002,asleep", ["line 5", "asleep"]),
+        ("\"rows\":2", "\"rows\":two", ["line 6", "is not a mark"]),
+    ] {
+        check(&whole.replace(wanted, by), &parts);
+    }
+    let error = read(std::path::Path::new("/nonexistent.csv")).expect_err("no file");
+    assert!(error.to_string().contains("/nonexistent.csv"), "{error}");
 }
 
 #[test]
@@ -120,13 +119,8 @@ fn remarks_and_what_a_later_version_adds_are_passed_over() {
         ",0.0,0,0,good\n\n# a remark\n# {\"mark\":\"weather\",\"wind\":3}\n",
     );
     assert_ne!(later, whole);
-    assert_eq!(
-        read_bytes(later.as_bytes()).expect("reads"),
-        read_bytes(whole.as_bytes()).expect("reads")
-    );
-    let windows = whole.replace('\n', "\r\n");
-    assert_eq!(
-        read_bytes(windows.as_bytes()).expect("reads"),
-        read_bytes(whole.as_bytes()).expect("reads")
-    );
+    let plain = read_bytes(whole.as_bytes()).expect("reads");
+    for other in [later, whole.replace('\n', "\r\n")] {
+        assert_eq!(read_bytes(other.as_bytes()).expect("reads"), plain);
+    }
 }

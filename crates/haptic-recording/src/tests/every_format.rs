@@ -13,16 +13,12 @@ fn existing_file_is_replaced_only_on_demand() {
         "{error}"
     );
     assert_eq!(std::fs::read(&path).expect("it is there"), b"precious");
-    create(&path, &metadata(), true)
-        .expect("replaced")
-        .finish()
-        .expect("written");
+    let replaced = create(&path, &metadata(), true).expect("replaced");
+    replaced.finish().expect("written");
     assert_eq!(read(&path).expect("reads").ending, Ending::Complete);
     for name in ["r", "r.txt", "r.mcap.gz", ".csv"] {
-        let error = create(&directory.path().join(name), &metadata(), true)
-            .map(drop)
-            .expect_err("no format");
-        let error = error.to_string();
+        let created = create(&directory.path().join(name), &metadata(), true).map(drop);
+        let error = created.expect_err("no format").to_string();
         for part in [name, ".mcap", ".csv", ".parquet"] {
             assert!(error.contains(part), "{error} lacks {part}");
         }
@@ -62,10 +58,8 @@ fn the_share_that_is_read_grows_from_nothing_to_all_of_it() {
             let reader = open(&path).expect("opens");
             let mut file = std::fs::File::options().append(true).open(&path).expect("opens");
             std::io::Write::write_all(&mut file, late).expect("written");
-            assert!(
-                shares(reader).iter().all(|share| *share <= 1.0),
-                "no more than all of it"
-            );
+            let is_share = |share: &f64| *share <= 1.0;
+            assert!(shares(reader).iter().all(is_share), "no more than all of it");
             let in_memory = Reader::from_bytes(bytes).expect("opens");
             assert_eq!(in_memory.share(), None, "what is in memory has no file to be read");
         }

@@ -10,21 +10,10 @@ fn messages(bytes: &[u8]) -> Result<[usize; 2], ::mcap::McapError> {
     for message in MessageStream::new(bytes)? {
         let message = message?;
         let schema = message.channel.schema.as_ref().expect("every channel has one");
-        match (
-            message.channel.topic.as_str(),
-            message.channel.message_encoding.as_str(),
-        ) {
-            ("/hapticd/samples", "cdr") => {
-                assert_eq!(
-                    (schema.name.as_str(), schema.encoding.as_str()),
-                    ("hapticd/msg/Sample", "ros2msg")
-                );
-                counts[0] += 1;
-            }
-            ("/hapticd/marks", "json") => {
-                assert_eq!(schema.encoding, "jsonschema");
-                counts[1] += 1;
-            }
+        let (topic, encoding) = (&*message.channel.topic, &*message.channel.message_encoding);
+        match (topic, encoding, &*schema.name, &*schema.encoding) {
+            ("/hapticd/samples", "cdr", "hapticd/msg/Sample", "ros2msg") => counts[0] += 1,
+            ("/hapticd/marks", "json", _, "jsonschema") => counts[1] += 1,
             other => panic!("{other:?}"),
         }
     }
@@ -104,72 +93,57 @@ fn what_is_cut_anywhere_reads_up_to_its_last_whole_row() {
     }
     assert_eq!(found_rows, 5);
     // Within the third row.
-    let place = whole
-        .windows(8)
-        .position(|bytes| bytes == 3_u64.to_le_bytes())
-        .expect("it is there");
-    let torn = read_bytes(&whole[..place + 40]).expect("reads");
+    let third = whole.windows(8).position(|bytes| bytes == 3_u64.to_le_bytes());
+    let torn = read_bytes(&whole[..third.expect("it is there") + 40]).expect("reads");
     assert_eq!(torn.rows, rows(2));
     let Ending::BrokenOff { bytes, .. } = torn.ending else {
         panic!("{}", torn.ending);
     };
     assert!((40..150).contains(&bytes), "{bytes}");
-    assert!(
-        torn.ending.to_string().contains("broken off in byte"),
-        "{}",
-        torn.ending
-    );
+    let said = torn.ending.to_string();
+    assert!(said.contains("broken off in byte"), "{said}");
     // A disk without power may leave zeros in place of what was to be written.
     let dark = read_bytes(&[&whole[..whole.len() - 8], &[0; 4096]].concat()).expect("reads");
     assert_eq!(dark.rows, rows(5));
     let started = written(Format::Mcap, &metadata(), &[]).0;
-    let end = started
-        .windows(9)
-        .position(|bytes| bytes[0] == 6 && bytes[3..] == [0; 6])
-        .expect("a chunk");
+    let is_chunk = |bytes: &[u8]| bytes[0] == 6 && bytes[3..] == [0; 6];
+    let end = started.windows(9).position(is_chunk).expect("a chunk");
     let dark = read_bytes(&[&started[..end], &[0; 4096]].concat()).expect("reads");
-    assert!(
-        matches!(dark.ending, Ending::BrokenOff { bytes: 4096, .. }),
-        "{}",
-        dark.ending
-    );
+    let is_told = matches!(dark.ending, Ending::BrokenOff { bytes: 4096, .. });
+    assert!(is_told, "{}", dark.ending);
 }
 
 #[test]
 fn what_is_damaged_is_refused_by_its_place() {
     let whole = written(Format::Mcap, &metadata(), &entries(&rows(2))).0;
     let place = |wanted: &[u8]| {
-        whole
-            .windows(wanted.len())
-            .position(|bytes| bytes == wanted)
-            .expect("it is there")
+        let mut windows = whole.windows(wanted.len());
+        windows.position(|bytes| bytes == wanted).expect("it is there")
     };
     let changed = |wanted: &[u8], by: &[u8]| {
         let (mut bytes, at) = (whole.clone(), place(wanted));
         bytes[at..at + by.len()].copy_from_slice(by);
         bytes
     };
-    for (damaged, parts) in [
+    let (position, version) = (0.1_f64.to_le_bytes(), b"version\x01\0\0\x001");
+    let changes: [(&[u8], &[u8], [&str; 2]); 6] = [
+        (&position, &[1], ["byte ", "checksum of a chunk"]),
         (
-            changed(&0.1_f64.to_le_bytes(), &[1]),
-            vec!["byte ", "checksum of a chunk"],
+            b"hapticd recording",
+            b"haptics",
+            ["hapticd did not write this MCAP file", ""],
         ),
         (
-            changed(b"hapticd recording", b"haptics"),
-            vec!["hapticd did not write this MCAP file"],
+            version,
+            b"version\x01\0\0\x003",
+            ["version 3", "reads versions 1 and 2"],
         ),
-        (
-            changed(b"version\x01\0\0\x001", b"version\x01\0\0\x003"),
-            vec!["version 3", "reads versions 1 and 2"],
-        ),
-        (
-            changed(b"version\x01\0\0\x001", b"version\x01\0\0\x002"),
-            vec!["no field `device_position_y_m`"],
-        ),
-        (changed(b"loop_rate_hz", b"loup"), vec!["metadata", "loop_rate_hz"]),
-        (changed(b"uint64 tick", b"uint32 tick"), vec!["checksum of a chunk"]),
-    ] {
-        let error = read_bytes(&damaged).expect_err("damaged").to_string();
+        (version, b"version\x01\0\0\x002", ["no field `device_position_y_m`", ""]),
+        (b"loop_rate_hz", b"loup", ["metadata", "loop_rate_hz"]),
+        (b"uint64 tick", b"uint32 tick", ["checksum of a chunk", ""]),
+    ];
+    for (wanted, by, parts) in changes {
+        let error = read_bytes(&changed(wanted, by)).expect_err("damaged").to_string();
         for part in parts {
             assert!(error.contains(part), "{error} lacks {part}");
         }
@@ -197,19 +171,14 @@ fn a_disk_that_is_full_keeps_a_whole_file() {
     let output = std::process::Command::new("sh")
         .args(["-c", "trap '' XFSZ; ulimit -f 200; exec \"$0\" \"$@\""])
         .arg(std::env::current_exe().expect("it runs"))
-        .args([
-            "--exact",
-            "--nocapture",
-            "tests::mcap::a_disk_that_is_full_keeps_a_whole_file",
-        ])
+        .args(["--exact", "--nocapture"])
+        .arg("tests::mcap::a_disk_that_is_full_keeps_a_whole_file")
         .env(LIMITED, &path)
         .output()
         .expect("a shell");
     let printed = String::from_utf8_lossy(&output.stdout);
-    assert!(
-        output.status.success() && printed.contains("File too large"),
-        "{printed}"
-    );
+    let is_full = printed.contains("File too large");
+    assert!(output.status.success() && is_full, "{printed}");
     let bytes = std::fs::read(&path).expect("it is there");
     let [found, _] = messages(&bytes).expect("whole");
     assert_eq!(found, 500, "two flushes fit into 102400 bytes");

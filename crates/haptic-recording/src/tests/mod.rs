@@ -106,6 +106,6 @@ fn bits(row: &Sample, y: Option<&SampleY>) -> Vec<u64> {
     columns(axes).iter().map(|column| column.bits(row, y)).collect()
 }
 
-fn read_bytes(bytes: &[u8]) -> Result<Recording, RecordingError> {
+pub(crate) fn read_bytes(bytes: &[u8]) -> Result<Recording, RecordingError> {
     Reader::from_bytes(bytes.to_vec())?.into_recording()
 }
