@@ -252,57 +252,37 @@ mod tests {
         std::fs::write(&node, "").expect("a file");
         let by_id = folder.path().join("by-id");
         std::fs::create_dir(&by_id).expect("a folder");
-        std::os::unix::fs::symlink(&node, by_id.join("usb-Acme_Slider_17-if00")).expect("a link");
-        let port = |port_type| SerialPortInfo {
-            port_name: node.to_string_lossy().into_owned(),
-            port_type,
+        let stays = by_id.join("usb-Acme_Slider_17-if00");
+        std::os::unix::fs::symlink(&node, &stays).expect("a link");
+        let usb = |vid, pid, words: [Option<&str>; 3]| {
+            let [serial_number, manufacturer, product] = words.map(|word| word.map(str::to_owned));
+            SerialPortType::UsbPort(UsbPortInfo {
+                vid,
+                pid,
+                serial_number,
+                manufacturer,
+                product,
+            })
         };
-        let usb = SerialPortType::UsbPort(UsbPortInfo {
-            vid: 0x1209,
-            pid: 1,
-            serial_number: Some("17".to_owned()),
-            manufacturer: Some("Acme".to_owned()),
-            product: Some("Slider".to_owned()),
-        });
-        let found = serial(port(usb), &links(&by_id));
-        assert_eq!(
-            found.address.to_string(),
-            format!(
-                "serial:{}?baud=1000000",
-                by_id.join("usb-Acme_Slider_17-if00").display()
-            )
-        );
-        assert_eq!(
-            found.description,
-            format!(
-                "Acme Slider (1209:0001, serial number 17), serial port {}",
-                node.display()
-            )
-        );
-        assert_eq!(found.access_problem, None);
-        let clone = SerialPortType::UsbPort(UsbPortInfo {
-            vid: 0x1A86,
-            pid: 0x7523,
-            serial_number: None,
-            manufacturer: None,
-            product: Some("USB Serial".to_owned()),
-        });
-        assert_eq!(
-            serial(port(clone), &[]).description,
-            format!(
-                "USB Serial (1a86:7523), CH340 converter, as on clones of Uno and Nano, serial port {}",
-                node.display()
-            )
-        );
-        let plain = serial(port(SerialPortType::PciPort), &links(&folder.path().join("none")));
-        assert_eq!(
-            plain.address.to_string(),
-            format!("serial:{}?baud=1000000", node.display())
-        );
-        assert_eq!(
-            (plain.identity, plain.description),
-            (None, format!("serial port {}", node.display()))
-        );
+        let slider = usb(0x1209, 1, [Some("17"), Some("Acme"), Some("Slider")]);
+        let clone = usb(0x1A86, 0x7523, [None, None, Some("USB Serial")]);
+        let linked = links(&by_id);
+        let converter = "USB Serial (1a86:7523), CH340 converter, as on clones of Uno and Nano, ";
+        for (port_type, links, path, described) in [
+            (slider, &linked, &stays, "Acme Slider (1209:0001, serial number 17), "),
+            (clone, &Vec::new(), &node, converter),
+            (SerialPortType::PciPort, &links(&folder.path().join("none")), &node, ""),
+        ] {
+            let port_name = node.to_string_lossy().into_owned();
+            let found = serial(SerialPortInfo { port_name, port_type }, links);
+            assert_eq!(
+                found.address.to_string(),
+                format!("serial:{}?baud=1000000", path.display())
+            );
+            assert_eq!(found.description, format!("{described}serial port {}", node.display()));
+            assert_eq!(found.identity.is_none(), described.is_empty());
+            assert_eq!(found.access_problem, None);
+        }
     }
 
     #[test]
@@ -318,11 +298,9 @@ mod tests {
             std::fs::write(process.join("comm"), "ModemManager\n").expect("a file");
             std::os::unix::fs::symlink(node, process.join("fd/3")).expect("a link");
         }
-        let found = users(folder.path());
-        assert_eq!(
-            found.into_iter().collect::<Vec<_>>(),
-            [("/dev/ttyACM0".into(), "ModemManager (process 77)".to_owned())]
-        );
+        let found: Vec<_> = users(folder.path()).into_iter().collect();
+        let user = "ModemManager (process 77)".to_owned();
+        assert_eq!(found, [("/dev/ttyACM0".into(), user)]);
     }
 
     #[test]
@@ -341,10 +319,8 @@ mod tests {
         });
         assert_eq!(found.address, Address::Hid(id));
         assert_eq!(found.description, "Keyboard (046d:c31c), HID device /dev/hidraw-none");
-        assert_eq!(
-            found.access_problem.expect("it is none").why,
-            "its reports are too short"
-        );
+        let problem = found.access_problem.expect("it is none");
+        assert_eq!(problem.why, "its reports are too short");
     }
 
     #[test]
@@ -353,10 +329,8 @@ mod tests {
         let node = folder.path().join("hidraw0");
         let remedy = || "the remedy".to_owned();
         let gone = closed(&node, remedy).expect("it is not there");
-        assert!(
-            gone.why.contains("hidraw0") && gone.remedy.contains("plug it in"),
-            "{gone:?}"
-        );
+        assert!(gone.why.contains("hidraw0"), "{gone:?}");
+        assert!(gone.remedy.contains("plug it in"), "{gone:?}");
         std::fs::write(&node, "").expect("a file");
         assert_eq!(closed(&node, remedy), None);
         if rustix::process::geteuid().is_root() {

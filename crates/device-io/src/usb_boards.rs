@@ -101,17 +101,3 @@ pub fn modem_manager_rules() -> String {
     })
     .collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_board_has_one_name_and_a_source() {
-        for (index, board) in BOARDS.iter().enumerate() {
-            assert_eq!(named(board.vendor, board.product), Some(&BOARDS[index]), "{board:?}");
-            assert!(!board.name.is_empty() && !board.source.is_empty(), "{board:?}");
-        }
-        assert_eq!(named(0x046D, 0xC31C), None);
-    }
-}

@@ -284,21 +284,15 @@ mod tests {
     #[test]
     fn lines_say_what_goes_wrong_and_when() {
         let read = |line: &str| line.parse::<TimedFault>();
+        let clock = Misbehaviour::Clock(ClockFault::Speed(0.5));
+        let error = Misbehaviour::Error(255, 4_000_000_000);
         for (line, at_s, fault) in [
             ("loss 0.05", None, Fault::Loss(0.05)),
             ("at 2.5 hang-up 0.3", Some(2.5), Fault::HangUp(0.3)),
             ("at 1 ignore-off", Some(1.0), Fault::Firmware(Misbehaviour::IgnoreOff)),
-            (
-                "clock-half",
-                None,
-                Fault::Firmware(Misbehaviour::Clock(ClockFault::Speed(0.5))),
-            ),
             ("button 3 on", None, Fault::Firmware(Misbehaviour::Button(3, true))),
-            (
-                "error 255 4000000000",
-                None,
-                Fault::Firmware(Misbehaviour::Error(255, 4_000_000_000)),
-            ),
+            ("clock-half", None, Fault::Firmware(clock)),
+            ("error 255 4000000000", None, Fault::Firmware(error)),
         ] {
             assert_eq!(read(line), Ok(TimedFault { at_s, fault }));
         }
@@ -326,8 +320,9 @@ mod tests {
 
     #[test]
     fn a_channel_does_what_its_quality_says() {
-        let count = |quality: Quality| {
-            let mut channel = Channel::new(7);
+        let with = |set: fn(&mut Quality)| {
+            let (mut quality, mut channel) = (Quality::default(), Channel::new(7));
+            set(&mut quality);
             let mut came = Vec::new();
             for k in 0..10_000_u64 {
                 channel.send(k.to_le_bytes().to_vec(), &quality, k * 1_000_000);
@@ -337,38 +332,21 @@ mod tests {
             }
             came
         };
-        let perfect = count(Quality::default());
+        let perfect = with(|_| {});
         assert!(perfect.len() == 10_000 && perfect.iter().all(|(k, frame)| k.to_le_bytes() == frame[..]));
-        let lossy = count(Quality {
-            loss: 0.1,
-            ..Quality::default()
-        });
+        let lossy = with(|quality| quality.loss = 0.1);
         assert!((8800..9200).contains(&lossy.len()), "{}", lossy.len());
-        let doubled = count(Quality {
-            double: 0.1,
-            ..Quality::default()
-        });
+        let doubled = with(|quality| quality.double = 0.1);
         assert!((10_800..11_200).contains(&doubled.len()), "{}", doubled.len());
         let of = |frame: &[u8]| frame.first_chunk().map(|bytes| u64::from_le_bytes(*bytes));
-        let reordered = count(Quality {
-            reorder: 0.1,
-            ..Quality::default()
-        });
-        let back = reordered
-            .windows(2)
-            .filter(|pair| of(&pair[1].1) < of(&pair[0].1))
-            .count();
+        let reordered = with(|quality| quality.reorder = 0.1);
+        let is_back = |pair: &&[(u64, Vec<u8>)]| of(&pair[1].1) < of(&pair[0].1);
+        let back = reordered.windows(2).filter(is_back).count();
         assert!((700..1000).contains(&back), "{back}");
-        let jittery = count(Quality {
-            delay_ms: 2.0,
-            jitter_ms: 5.0,
-            ..Quality::default()
-        });
+        let jittery = with(|quality| (quality.delay_ms, quality.jitter_ms) = (2.0, 5.0));
         let late: Vec<u64> = jittery.iter().filter_map(|(k, frame)| Some(k - of(frame)?)).collect();
         assert!(late.iter().all(|late| (2..=8).contains(late)) && late.contains(&3) && late.contains(&7));
-        assert!(
-            jittery.windows(2).all(|pair| of(&pair[0].1) < of(&pair[1].1)),
-            "a line keeps its order"
-        );
+        // A line keeps its order.
+        assert!(jittery.windows(2).all(|pair| of(&pair[0].1) < of(&pair[1].1)));
     }
 }

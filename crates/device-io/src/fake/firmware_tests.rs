@@ -1,10 +1,10 @@
 //! The fake rig's firmware by itself: its watchdog, what it does wrong on purpose, its second axis.
 
 use super::{
-    FakeRig, Figure, Firmware, FirmwareProperties, Hand, Mechanics, Misbehaviour, Path, PlanarProperties, PlanarRig,
-    RigProperties,
+    FakeRig, Firmware, FirmwareProperties, Hand, Mechanics, Misbehaviour, PlanarProperties, PlanarRig, RigProperties,
 };
-use crate::kinematics::{Kinematics, Reading};
+use crate::kinematics::Reading;
+use crate::kinematics::tests::five_bar;
 use crate::protocol::message::{DeviceSample, ErrorCode, FromDevice, FromHost};
 use haptic_core::planar::Plane;
 
@@ -26,10 +26,18 @@ fn enable(sequence: u32, enabled: bool) -> FromHost {
 }
 
 fn command(sequence: u32, force_mn: i32, enabled: bool) -> FromHost {
+    commanded(sequence, force_mn, None, enabled)
+}
+
+fn command_two(sequence: u32, [force_mn, second_mn]: [i32; 2], enabled: bool) -> FromHost {
+    commanded(sequence, force_mn, Some(second_mn), enabled)
+}
+
+fn commanded(sequence: u32, force_mn: i32, second_mn: Option<i32>, enabled: bool) -> FromHost {
     FromHost::Command {
         sequence,
         force_mn,
-        second_mn: None,
+        second_mn,
         enabled,
     }
 }
@@ -83,13 +91,9 @@ fn a_spike_is_of_one_sample_and_an_error_switches_the_motor_off() {
     firmware.misbehave(Misbehaviour::PositionSpike(1.0), now_ns);
     assert_eq!(sample(&mut firmware, now_ns).count - before, 100);
     assert_eq!(sample(&mut firmware, now_ns).count, before);
-    assert_eq!(
-        firmware.misbehave(Misbehaviour::Error(3, 17), now_ns),
-        Some(FromDevice::Error {
-            code: ErrorCode::Motor,
-            detail: 17
-        })
-    );
+    let error = firmware.misbehave(Misbehaviour::Error(3, 17), now_ns);
+    let (code, detail) = (ErrorCode::Motor, 17);
+    assert_eq!(error, Some(FromDevice::Error { code, detail }));
     assert_eq!(firmware.force_n(), 0.0);
 }
 
@@ -118,108 +122,50 @@ fn each_axis_is_pulled_and_counted_by_itself() {
     assert!(!sample(&mut firmware, now_ns).enabled);
 }
 
-fn command_two(sequence: u32, [force_mn, second_mn]: [i32; 2], enabled: bool) -> FromHost {
-    FromHost::Command {
-        sequence,
-        force_mn,
-        second_mn: Some(second_mn),
-        enabled,
-    }
-}
-
-/// A five-bar in its home pose, whose counts tell where the hand is, and which drives it where the host's kinematics
-/// say.
+/// Without a hand it goes where it is pulled, whatever the wiring says that is to be right.
 #[test]
-fn a_five_bar_draws_and_its_motors_pull_the_hand() {
-    let kinematics = Kinematics::from_toml(
-        "kinematics = 'five-bar'\nbase_m = 0.038\nproximal_m = 0.07\ndistal_m = 0.09\nhome_deg = [180, 0]\n\
-         workspace_m = { x = [-0.06, 0.06], y = [0.06, 0.13] }",
-    )
-    .expect("kinematics");
-    let path = Path::Figure {
-        figure: Figure::Circle,
-        middle: Plane::new(0.0, 0.095),
-        amplitude_m: 0.03,
-        frequency_hz: 0.5,
-    };
-    let start = |path, reversed| {
-        let rig = PlanarRig::new(PlanarProperties::of(&kinematics), kinematics, path).expect("a rig");
+fn motors_of_a_five_bar_pull_its_hand() {
+    let kinematics = five_bar(38.0);
+    let home = kinematics.home().expect("a home pose");
+    let pulled = |reversed, force: Plane| {
+        let mut rig = PlanarRig::new(PlanarProperties::of(&kinematics), kinematics, None).expect("a rig");
+        rig.put(kinematics.middle());
         let properties = FirmwareProperties {
             force_limit_n: 1.0,
             reversed,
             ..FirmwareProperties::default()
         };
-        Firmware::of(Mechanics::Plane(Box::new(rig)), properties)
-    };
-    let mut firmware = start(Some(path.clone()), [false; 2]);
-    let Some(FromDevice::Hello(hello)) = firmware.receive(FromHost::Hello { nonce: 1 }, 0) else {
-        panic!("it does not answer");
-    };
-    let two = hello.two_axes.expect("two axes");
-    assert!(two.are_rotary && !two.are_absolute);
-    assert_eq!((hello.force_limit_mn, two.second_limit), (1_000_000, 1_000_000));
-    let hand = |sample: &DeviceSample, kinematics: &Kinematics| {
-        let home = kinematics.home().expect("a home pose");
-        let counts = [sample.count, sample.second_count.expect("two axes")];
-        let motors = [0, 1].map(|motor| home[motor] + f64::from(counts[motor]) / f64::from(hello.counts_per_metre));
-        kinematics.reading(motors)
-    };
-    let home = sample(&mut firmware, 0);
-    assert_eq!((home.count, home.second_count), (0, Some(0)));
-    for k in 1..=4000 {
-        let now_ns = k * MS;
-        firmware.receive(FromHost::Hello { nonce: 1 }, now_ns);
-        let sample = sample(&mut firmware, now_ns);
-        if k > 1500 {
-            let Reading::Position(pose) = hand(&sample, &kinematics) else {
-                panic!("{sample:?}");
-            };
-            let (aim, _) = path.at(now_ns as f64 * 1e-9);
-            // It lags by its mass and friction.
-            assert!(
-                (pose.position - aim).length() < 2e-3,
-                "{:?} for {aim:?} at {k} ms",
-                pose.position
-            );
-        }
-    }
-
-    // Without a hand it goes where it is pulled, whatever the wiring says that is to be right.
-    let pulled = |reversed, force: Plane| {
-        let mut firmware = start(None, reversed);
-        let place = Plane::new(0.0, 0.095);
-        let Mechanics::Plane(rig) = &mut firmware.mechanics else {
-            panic!("a plane")
+        let mut firmware = Firmware::of(Mechanics::Plane(Box::new(rig)), properties);
+        let Some(FromDevice::Hello(hello)) = firmware.receive(FromHost::Hello { nonce: 1 }, 0) else {
+            panic!("it does not answer");
         };
-        rig.put(place);
-        firmware.receive(FromHost::Hello { nonce: 1 }, 0);
+        let two = hello.two_axes.expect("two axes");
+        assert!(two.are_rotary && !two.are_absolute);
+        assert_eq!((hello.force_limit_mn, two.second_limit), (1_000_000, 1_000_000));
         firmware.receive(enable(1, true), 0);
         for k in 0..30 {
             let sample = sample(&mut firmware, u64::from(k) * MS);
-            let Reading::Position(pose) = hand(&sample, &kinematics) else {
+            let counts = [sample.count, sample.second_count.expect("two axes")];
+            let motors = [0, 1].map(|motor| home[motor] + f64::from(counts[motor]) / f64::from(hello.counts_per_metre));
+            let Reading::Position(pose) = kinematics.reading(motors) else {
                 panic!("{sample:?}")
             };
             #[expect(clippy::cast_possible_truncation, reason = "less than the limit")]
             let efforts = pose.jacobian.efforts(force).map(|effort| (effort * 1e6).round() as i32);
             firmware.receive(command_two(k + 2, efforts, true), u64::from(k) * MS);
-            assert!(
-                (firmware.force_n() - force.length()).abs() < 0.1,
-                "{} N",
-                firmware.force_n()
-            );
+            let given_n = firmware.force_n();
+            assert!((given_n - force.length()).abs() < 0.1, "{given_n} N");
         }
         let Mechanics::Plane(rig) = &firmware.mechanics else {
             panic!("a plane")
         };
-        rig.position() - place
+        rig.position() - kinematics.middle()
     };
     for force in [Plane::new(1.0, 0.0), Plane::new(-0.6, 0.8), Plane::new(0.0, -1.0)] {
         // (1 - 0.1) N on 0.3 kg for 29 ms.
         let moved = pulled([false; 2], force);
-        assert!(
-            (moved - force * (0.5 * 3.0 * 0.029 * 0.029)).length() < 5e-5,
-            "{moved:?}"
-        );
+        let expected = force * (0.5 * 3.0 * 0.029 * 0.029);
+        assert!((moved - expected).length() < 5e-5, "{moved:?}");
         assert!(pulled([true; 2], force).dot(force) < 0.0);
     }
 }

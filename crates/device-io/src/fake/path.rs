@@ -142,8 +142,7 @@ pub(super) fn motion_of(file: &FilePath) -> Result<HandMotion, String> {
 }
 
 fn recorded(file: &FilePath, samples: impl Iterator<Item = (f64, f64)>) -> Result<HandMotion, String> {
-    let recording = Recording::new(file, samples).map_err(|error| error.to_string())?;
-    Ok(HandMotion::Recorded(Arc::new(recording)))
+    Ok(HandMotion::Recorded(Arc::new(Recording::new(file, samples)?)))
 }
 
 /// The rows of a file with these columns: times, s, that grow, and positions, m.
@@ -230,6 +229,7 @@ mod tests {
                 "line 3: t_s = 1 s must be more than 1 s before it",
             ),
             ("t_s,x,y\n1,0,0\n", "a motion needs at least 2 samples, this one has 1"),
+            ("t_s,x,y\n", "a motion needs at least 2 samples, this one has 0"),
         ] {
             std::fs::write(&file, text).expect("written");
             let error = Path::open(&file).expect_err(text);

@@ -10,7 +10,6 @@ use std::collections::VecDeque;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use thiserror::Error;
 
 /// The place of a fake's link.
 #[derive(Clone, Debug)]
@@ -35,8 +34,7 @@ impl Place {
 }
 
 /// The place is no longer there.
-#[derive(Debug, Error)]
-#[error("the place of its link is gone")]
+#[derive(Debug)]
 pub struct PortClosed;
 
 /// Reports that wait for the host to ask for them; a device has little room.

@@ -1,8 +1,8 @@
 //! The file that describes a rig's geometry, in TOML.
 
+use super::Kinematics;
 use super::five_bar::FiveBar;
 use super::geometry::{Geometry, Linear};
-use super::{Kinematics, KinematicsProblem};
 use haptic_core::BoundError;
 use haptic_core::planar::Workspace;
 use serde::Deserialize;
@@ -43,19 +43,18 @@ struct WorkspaceSides {
 }
 
 /// Reads the text of a file.
-pub(super) fn read(text: &str) -> Result<Kinematics, KinematicsProblem> {
-    let file: File =
-        toml::from_str(text).map_err(|error| KinematicsProblem::Toml(error.to_string().trim_end().to_owned()))?;
+pub(super) fn read(text: &str) -> Result<Kinematics, String> {
+    let file: File = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
     let geometry = file.geometry()?;
     let workspace = file.workspace()?;
     if geometry.are_rotary() && workspace.is_none() {
-        return Err(KinematicsProblem::Missing("workspace_m"));
+        return Err(missing("workspace_m"));
     }
     Kinematics::new(geometry, workspace, file.home_deg.map(|home| home.map(f64::to_radians)))
 }
 
 impl File {
-    fn geometry(&self) -> Result<Geometry, KinematicsProblem> {
+    fn geometry(&self) -> Result<Geometry, String> {
         let linear = match self.kinematics {
             KinematicsKind::Xy => Linear::Xy,
             KinematicsKind::HBelt => Linear::HBelt,
@@ -64,7 +63,7 @@ impl File {
                 let proximal_m = within("proximal_m", self.proximal_m, LINK_M.0, LINK_M.1)?;
                 let distal_m = within("distal_m", self.distal_m, LINK_M.0, LINK_M.1)?;
                 for angle_deg in self.home_deg.into_iter().flatten() {
-                    BoundError::check("home_deg", angle_deg, -HOME_DEG, HOME_DEG, "deg")?;
+                    check("home_deg", angle_deg, -HOME_DEG, HOME_DEG, "deg")?;
                 }
                 return Ok(Geometry::FiveBar(FiveBar {
                     base_m,
@@ -80,21 +79,23 @@ impl File {
             ("home_deg", self.home_deg.is_some()),
         ];
         match of_links.into_iter().find(|(_, is_there)| *is_there) {
-            Some((field, _)) => Err(KinematicsProblem::OfFiveBar(field)),
+            Some((field, _)) => Err(format!("`{field}` belongs to a five-bar")),
             None => Ok(Geometry::Linear(linear)),
         }
     }
 
-    fn workspace(&self) -> Result<Option<Workspace>, KinematicsProblem> {
+    fn workspace(&self) -> Result<Option<Workspace>, String> {
         let Some(WorkspaceSides { x, y }) = self.workspace_m else {
             return Ok(None);
         };
         for (field, [low, high]) in [("workspace_m.x", x), ("workspace_m.y", y)] {
             for end in [low, high] {
-                BoundError::check(field, end, -FARTHEST_M, FARTHEST_M, "m")?;
+                check(field, end, -FARTHEST_M, FARTHEST_M, "m")?;
             }
             if high - low < MIN_SIDE_M {
-                return Err(KinematicsProblem::Side { field, low, high });
+                return Err(format!(
+                    "{field} = [{low}, {high}] m: the second end must be at least {MIN_SIDE_M} m beyond the first"
+                ));
             }
         }
         Ok(Some(Workspace { x_m: x, y_m: y }))
@@ -102,8 +103,16 @@ impl File {
 }
 
 /// A field of a five-bar, which must be there and within its limits, m.
-fn within(field: &'static str, value: Option<f64>, min: f64, max: f64) -> Result<f64, KinematicsProblem> {
-    let value = value.ok_or(KinematicsProblem::Missing(field))?;
-    BoundError::check(field, value, min, max, "m")?;
+fn within(field: &'static str, value: Option<f64>, min: f64, max: f64) -> Result<f64, String> {
+    let value = value.ok_or_else(|| missing(field))?;
+    check(field, value, min, max, "m")?;
     Ok(value)
+}
+
+fn check(field: &'static str, value: f64, min: f64, max: f64, unit: &'static str) -> Result<(), String> {
+    BoundError::check(field, value, min, max, unit).map_err(|error| error.to_string())
+}
+
+fn missing(field: &str) -> String {
+    format!("`{field}` is missing: a five-bar needs it")
 }

@@ -17,13 +17,11 @@ mod jacobian;
 mod workspace;
 
 use geometry::{Geometry, Linear};
-use haptic_core::BoundError;
 use haptic_core::planar::Plane;
 pub use haptic_core::planar::Workspace;
 pub use jacobian::Jacobian;
 use std::fmt;
 use std::str::FromStr;
-use thiserror::Error;
 use workspace::Survey;
 pub use workspace::Worst;
 
@@ -88,16 +86,16 @@ pub fn within_limits(efforts: [f64; 2], limits: [f64; 2]) -> ([f64; 2], bool) {
 }
 
 impl Kinematics {
-    fn new(
-        geometry: Geometry,
-        workspace: Option<Workspace>,
-        home: Option<[f64; 2]>,
-    ) -> Result<Self, KinematicsProblem> {
+    fn new(geometry: Geometry, workspace: Option<Workspace>, home: Option<[f64; 2]>) -> Result<Self, String> {
         let surveyed = workspace.unwrap_or(workspace::ORIGIN);
         if let Some(home) = home
             && !geometry.closes(home, surveyed.middle())
         {
-            return Err(KinematicsProblem::Home(home.map(f64::to_degrees)));
+            let [first, second] = home.map(f64::to_degrees);
+            return Err(format!(
+                "home_deg = [{first}, {second}] deg: the links do not close there with the elbows outside and the hand \
+                 on the side of the workspace"
+            ));
         }
         Ok(Self {
             survey: Survey::of(&geometry, &surveyed)?,
@@ -112,7 +110,7 @@ impl Kinematics {
     /// # Errors
     /// It is not such a file, a value is out of range, or the workspace has a place where the linkage does not close or
     /// is singular.
-    pub fn from_toml(text: &str) -> Result<Self, KinematicsProblem> {
+    pub fn from_toml(text: &str) -> Result<Self, String> {
         file::read(text)
     }
 
@@ -195,21 +193,19 @@ impl Kinematics {
 }
 
 impl FromStr for Kinematics {
-    type Err = KinematicsError;
+    /// Why the choice cannot be used.
+    type Err = String;
 
     /// `xy`, `h-belt`, or the path of a file.
-    fn from_str(choice: &str) -> Result<Self, KinematicsError> {
+    fn from_str(choice: &str) -> Result<Self, String> {
         let read = || match choice {
             "xy" => Self::new(Geometry::Linear(Linear::Xy), None, None),
             "h-belt" => Self::new(Geometry::Linear(Linear::HBelt), None, None),
             path => std::fs::read_to_string(path)
-                .map_err(|error| KinematicsProblem::Unreadable(error.to_string()))
+                .map_err(|error| format!("neither xy nor h-belt, and as a file it cannot be read: {error}"))
                 .and_then(|text| Self::from_toml(&text)),
         };
-        read().map_err(|problem| KinematicsError {
-            choice: choice.to_owned(),
-            problem,
-        })
+        read().map_err(|problem| format!("kinematics {choice}: {problem}"))
     }
 }
 
@@ -229,70 +225,7 @@ impl fmt::Display for Kinematics {
     }
 }
 
-/// A choice of kinematics that cannot be used.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[error("kinematics {choice}: {problem}")]
-pub struct KinematicsError {
-    /// What was chosen.
-    pub choice: String,
-    /// Why it cannot be used.
-    pub problem: KinematicsProblem,
-}
-
-/// Why a description of a rig's geometry cannot be used.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum KinematicsProblem {
-    /// There is no such file.
-    #[error("neither xy nor h-belt, and as a file it cannot be read: {0}")]
-    Unreadable(String),
-    /// It is not TOML, or has an unknown or malformed field.
-    #[error("{0}")]
-    Toml(String),
-    /// A field is missing.
-    #[error("`{0}` is missing: a five-bar needs it")]
-    Missing(&'static str),
-    /// A field of another geometry.
-    #[error("`{0}` belongs to a five-bar")]
-    OfFiveBar(&'static str),
-    /// A value is out of range.
-    #[error(transparent)]
-    Bound(#[from] BoundError),
-    /// A side of the workspace is too short, or turned round.
-    #[error("{field} = [{low}, {high}] m: the second end must be at least 0.002 m beyond the first")]
-    Side {
-        /// Which.
-        field: &'static str,
-        /// Its first end, m.
-        low: f64,
-        /// Its second end, m.
-        high: f64,
-    },
-    /// The home pose is none of the linkage; the angles in degrees.
-    #[error("home_deg = [{}, {}] deg: the links do not close there with the elbows outside \
-             and the hand on the side of the workspace", .0[0], .0[1])]
-    Home([f64; 2]),
-    /// The hand cannot be everywhere in the workspace.
-    #[error("workspace_m: the links do not reach x = {:.4} m, y = {:.4} m with the elbows outside",
-            .position.x, .position.y)]
-    Unreachable {
-        /// Where it cannot be, m.
-        position: Plane,
-    },
-    /// The linkage is singular, or next to it, in the workspace.
-    #[error("workspace_m: the linkage is singular, or nearly so, at x = {:.4} m, y = {:.4} m: the hand moves \
-             {:.1} mm/rad in the worst direction and must move at least {:.1} mm/rad, a quarter of the proximal link \
-             and of the best direction", .position.x, .position.y, .gain * 1e3, .least_allowed * 1e3)]
-    Singular {
-        /// The worst place, m.
-        position: Plane,
-        /// Its gain in the worst direction, m/rad.
-        gain: f64,
-        /// The least that is allowed there, m/rad.
-        least_allowed: f64,
-    },
-}
-
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 #[cfg(test)]
 mod wiring_tests;

@@ -20,21 +20,16 @@ fn moved_by(jacobian: &Jacobian, motor: usize, mass_kg: f64, inertias: [f64; 2])
 
 /// The linear kinematics, and five-bars in all of the plane, of which the tests take what a workspace may contain.
 static WIDE: LazyLock<[Geometry; 5]> = LazyLock::new(|| {
-    let five_bar = |base_m, distal_m| {
+    let five_bar = |(base_m, distal_m)| {
         Geometry::FiveBar(FiveBar {
             base_m,
             proximal_m: 0.07,
             distal_m,
         })
     };
-    let linear = [Linear::Xy, Linear::HBelt].map(Geometry::Linear);
-    [
-        linear[0],
-        linear[1],
-        five_bar(0.0, 0.09),
-        five_bar(0.038, 0.09),
-        five_bar(0.1, 0.07),
-    ]
+    let [xy, h_belt] = [Linear::Xy, Linear::HBelt].map(Geometry::Linear);
+    let [first, second, third] = [(0.0, 0.09), (0.038, 0.09), (0.1, 0.07)].map(five_bar);
+    [xy, h_belt, first, second, third]
 });
 
 fn mass_and_inertias() -> impl Strategy<Value = (f64, [f64; 2])> {
@@ -138,20 +133,16 @@ proptest! {
 fn swapped_encoders_put_the_hand_outside_the_workspace() {
     for kinematics in [five_bar(0.0), five_bar(38.0)] {
         let home = kinematics.home().expect("a home pose");
-        for (x, y) in (-60..=60)
-            .step_by(4)
-            .flat_map(|x| (60..=130).step_by(5).map(move |y| (x, y)))
-        {
+        let column = |x| (60..=130).step_by(5).map(move |y| (x, y));
+        for (x, y) in (-60..=60).step_by(4).flat_map(column) {
             let hand = Plane::new(f64::from(x), f64::from(y)) * 1e-3;
             let [first, second] = kinematics.motors(hand).expect("within reach");
             // Counted from the home pose, or absolute.
             let relative = [home[0] + second - home[1], home[1] + first - home[0]];
             for seen in [relative, [second, first]] {
                 let seen = kinematics.reading(seen).pose();
-                assert!(
-                    seen.is_none_or(|pose| !kinematics.inside(pose.position)),
-                    "{hand:?}: {seen:?}"
-                );
+                let is_out = seen.is_none_or(|pose| !kinematics.inside(pose.position));
+                assert!(is_out, "{hand:?}: {seen:?}");
             }
         }
     }

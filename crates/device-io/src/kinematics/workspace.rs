@@ -1,6 +1,6 @@
 //! Where force may flow, and what the motors can do there.
 
-use super::{Geometry, Jacobian, KinematicsProblem};
+use super::{Geometry, Jacobian};
 use haptic_core::planar::{Plane, Workspace};
 
 /// Largest distance between two neighbours of the grid on which a workspace is surveyed, m.
@@ -60,14 +60,17 @@ impl Survey {
     ///
     /// # Errors
     /// The hand cannot be, or is not held firmly, everywhere in it; the error names the worst place.
-    pub(super) fn of(geometry: &Geometry, workspace: &Workspace) -> Result<Self, KinematicsProblem> {
+    pub(super) fn of(geometry: &Geometry, workspace: &Workspace) -> Result<Self, String> {
         let mut survey = Self {
             largest_by_motor: [Worst::none(0.0); 2],
         };
         let mut least_share = f64::INFINITY;
-        let mut refusal = None;
+        let mut worst = (Plane::ZERO, 0.0, 0.0);
         for position in grid(workspace) {
-            let jacobian = jacobian(geometry, position).ok_or(KinematicsProblem::Unreachable { position })?;
+            let Plane { x, y } = position;
+            let beyond =
+                || format!("workspace_m: the links do not reach x = {x:.4} m, y = {y:.4} m with the elbows outside");
+            let jacobian = jacobian(geometry, position).ok_or_else(beyond)?;
             survey.add(position, &jacobian);
             let (gain, largest) = jacobian.gains();
             // A gain that is not a number counts as none.
@@ -76,14 +79,20 @@ impl Survey {
             let share = gain / least_allowed;
             if share < least_share {
                 least_share = share;
-                refusal = (share < 1.0).then_some(KinematicsProblem::Singular {
-                    position,
-                    gain,
-                    least_allowed,
-                });
+                worst = (position, gain, least_allowed);
             }
         }
-        refusal.map_or(Ok(survey), Err)
+        if least_share >= 1.0 {
+            return Ok(survey);
+        }
+        let (Plane { x, y }, gain, least_allowed) = worst;
+        Err(format!(
+            "workspace_m: the linkage is singular, or nearly so, at x = {x:.4} m, y = {y:.4} m: the hand moves {:.1} \
+             mm/rad in the worst direction and must move at least {:.1} mm/rad, a quarter of the proximal link and of \
+             the best direction",
+            gain * 1e3,
+            least_allowed * 1e3
+        ))
     }
 
     /// Adds a place.

@@ -80,7 +80,7 @@ fn reports(node: &Path) -> Result<Reports, String> {
         .join(name)
         .join("device/report_descriptor");
     let descriptor = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    Reports::of(&descriptor).map_err(|unfit| unfit.to_string())
+    Reports::of(&descriptor)
 }
 
 /// Chooses the node of a device, and says the lengths of its reports. A device may have several interfaces, of which
@@ -168,17 +168,11 @@ mod tests {
         let mut other = node("/dev/hidraw9", None, Ok(REPORTS));
         other.id.product = 2;
         let keyboard = node("/dev/hidraw0", Some("A"), Err("too short"));
-        let nodes = vec![
-            keyboard.clone(),
-            node("/dev/hidraw1", Some("A"), Ok(REPORTS)),
-            other.clone(),
-        ];
-        let chosen = Ok((nodes[1].clone(), REPORTS));
-        assert_eq!(
-            choose(nodes.clone(), &id(None)),
-            chosen,
-            "its other interface is not meant"
-        );
+        let rig = node("/dev/hidraw1", Some("A"), Ok(REPORTS));
+        let nodes = vec![keyboard.clone(), rig.clone(), other.clone()];
+        let chosen = Ok((rig, REPORTS));
+        let found = choose(nodes.clone(), &id(None));
+        assert_eq!(found, chosen, "its other interface is not meant");
         assert_eq!(choose(nodes.clone(), &id(Some("A"))), chosen);
         let absent = |id: &HidId| ConnectError::Absent { what: what(id) };
         assert_eq!(choose(nodes.clone(), &id(Some("B"))), Err(absent(&id(Some("B")))));
@@ -200,10 +194,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("hidraw0");
         let id = node("", None, Ok(REPORTS)).id;
-        assert_eq!(
-            open_node(&path, &id).map(drop),
-            Err(ConnectError::Absent { what: what(&id) })
-        );
+        let absent = ConnectError::Absent { what: what(&id) };
+        assert_eq!(open_node(&path, &id).map(drop), Err(absent));
         std::fs::write(&path, "").expect("a file");
         let first = open_node(&path, &id).expect("it is there");
         let Err(ConnectError::Refused { remedy, .. }) = open_node(&path, &id) else {

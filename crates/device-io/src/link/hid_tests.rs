@@ -5,7 +5,7 @@ use super::health::LinkCounters;
 use super::hid::HidWire;
 use super::identity::RigIdentity;
 use super::reports::{MAX_REPORT, Reports};
-use super::session::tests::greeted_firmware;
+use super::session::tests::{greeted_firmware, is_off};
 use super::wire::{Wire, greeted};
 use crate::device::{DeviceError, Measurement, Written, now_ns};
 use crate::fake::Firmware;
@@ -107,10 +107,8 @@ impl TestRig {
             {
                 return;
             }
-            assert!(
-                began.elapsed() < Duration::from_secs(30),
-                "in vain: {measured:?}, {written:?}"
-            );
+            let is_soon = began.elapsed() < Duration::from_secs(30);
+            assert!(is_soon, "in vain: {measured:?}, {written:?}");
             std::thread::yield_now();
         }
     }
@@ -128,11 +126,9 @@ fn reports_of_two_axes_are_read_once_the_hello_says_so() {
     });
     let (_, one) = greeted_firmware(0);
     let sample = |second_count| {
-        FromDevice::Sample(DeviceSample {
-            count: -2,
-            second_count,
-            ..DeviceSample::default()
-        })
+        let mut sample = DeviceSample::default();
+        (sample.count, sample.second_count) = (-2, second_count);
+        FromDevice::Sample(sample)
     };
     let sent = [
         FromDevice::Hello(DeviceHello { two_axes, ..one }),
@@ -163,18 +159,7 @@ fn a_rig_is_driven_and_left_without_force() {
     // Its end waits until the last word has gone. The watchdog would take the force away too, but says nothing.
     drop(rig.connection.take());
     rig.receive();
-    assert!(
-        matches!(
-            rig.received.last(),
-            Some(FromHost::Command {
-                force_mn: 0,
-                enabled: false,
-                ..
-            })
-        ),
-        "{:?}",
-        rig.received.last()
-    );
+    assert!(rig.received.last().is_some_and(is_off), "{:?}", rig.received.last());
     assert_eq!(rig.firmware.force_n(), 0.0);
 }
 

@@ -298,6 +298,7 @@ impl Keeper {
 mod tests {
     use super::*;
     use crate::device::{Device, DeviceError, Measurement, Written};
+    use crate::kinematics::tests::{absolute_five_bar, five_bar};
     use crate::link::RigIdentity;
     use crate::link::connector::TwoMotors;
     use std::ffi::OsStr;
@@ -378,37 +379,27 @@ mod tests {
                 limits: [1.0; 2],
             })
         };
-        let five_bar = |home: &str| {
-            let text = "kinematics = 'five-bar'\nbase_m = 0.038\nproximal_m = 0.07\ndistal_m = 0.09\n\
-                        workspace_m = { x = [-0.06, 0.06], y = [0.06, 0.13] }\n";
-            Some(Kinematics::from_toml(&[home, text].concat()).expect("kinematics"))
-        };
-        let home = "home_deg = [180, 0]\n";
+        let (relative, absolute) = (Some(five_bar(38.0)), Some(absolute_five_bar()));
         let xy = Some("xy".parse().expect("kinematics"));
         for (kinematics, motors, expected) in [
             (None, motors(false, false), Some("the device has two axes")),
             (xy, None, Some("the device has one axis")),
             (xy, motors(true, false), Some("the device has rotary axes")),
-            (five_bar(home), motors(false, false), Some("the device has linear axes")),
-            (five_bar(""), motors(true, false), Some("name home_deg")),
+            (relative, motors(false, false), Some("the device has linear axes")),
+            (absolute, motors(true, false), Some("name home_deg")),
             (None, None, None),
             (xy, motors(false, false), None),
-            (five_bar(home), motors(true, false), None),
-            (five_bar(""), motors(true, true), None),
+            (relative, motors(true, false), None),
+            (absolute, motors(true, true), None),
             // Count 0 is the home pose, whatever its angles are.
-            (five_bar(home), motors(true, true), None),
+            (relative, motors(true, true), None),
         ] {
             let (_, _, mut keeper) = Keeper::new(Box::new(OnlyGreets), LoopTiming::default());
             keeper.kinematics = kinematics;
             let problem = keeper.suited(greeted(motors)).err().map(|error| error.to_string());
-            let is_expected = problem
-                .as_ref()
-                .zip(expected)
-                .is_some_and(|(problem, expected)| problem.contains(expected));
-            assert!(
-                is_expected || (problem.is_none() && expected.is_none()),
-                "{expected:?}: {problem:?}"
-            );
+            assert_eq!(problem.is_some(), expected.is_some(), "{expected:?}: {problem:?}");
+            let (problem, expected) = (problem.unwrap_or_default(), expected.unwrap_or_default());
+            assert!(problem.contains(expected), "{expected}: {problem}");
         }
     }
 

@@ -1,40 +1,35 @@
 //! The real-time end of a link to two motors, against a fake firmware without a line between them.
 
-use super::connector::{Connection, LoopTiming};
-use super::health::LinkCounters;
+use super::connector::Connection;
 use super::link_device::LinkDevice;
 use super::planar_link::{Homing, PlanarLink};
-use super::session::LinkSession;
+use super::session::tests::Pair;
 use crate::device::{Device, DeviceBounds, DeviceError, Measurement, Written};
 use crate::fake::{Figure, Firmware, FirmwareProperties, Mechanics, Misbehaviour, Path, PlanarProperties, PlanarRig};
 use crate::kinematics::Kinematics;
-use crate::protocol::message::{DeviceHello, ErrorCode, ErrorReport, FromDevice, FromHost};
+use crate::kinematics::tests::{absolute_five_bar, five_bar};
+use crate::protocol::message::{ErrorCode, ErrorReport, FromDevice, FromHost};
 use haptic_core::planar::Plane;
 use rtrb::{Producer, RingBuffer};
 use std::mem::take;
-use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 const MS: u64 = 1_000_000;
-const MIDDLE: Plane = Plane::new(0.0, 0.095);
 
-const HAPLY: &str = "kinematics = 'five-bar'\nbase_m = 0.038\nproximal_m = 0.07\ndistal_m = 0.09\n\
-                     workspace_m = { x = [-0.06, 0.06], y = [0.06, 0.13] }\n";
-const RELATIVE: &str = "home_deg = [180, 0]\n";
-
-fn haply(home: &str) -> Kinematics {
-    Kinematics::from_toml(&[home, HAPLY].concat()).expect("kinematics")
-}
-
-/// A firmware whose motors have this kinematics, with a hand that draws a circle, and its hello.
-fn firmware(kinematics: Kinematics) -> (Firmware, DeviceHello) {
-    let path = Path::Figure {
+/// What a hand draws on a rig with this kinematics.
+fn circle(kinematics: &Kinematics) -> Path {
+    Path::Figure {
         figure: Figure::Circle,
-        middle: if kinematics.are_rotary() { MIDDLE } else { Plane::ZERO },
+        middle: kinematics.middle(),
         amplitude_m: 0.03,
         frequency_hz: 0.5,
-    };
-    let rig = PlanarRig::new(PlanarProperties::of(&kinematics), kinematics, Some(path)).expect("a rig");
+    }
+}
+
+/// A conversation with a rig of this kinematics.
+fn pair(kinematics: Kinematics) -> Pair {
+    let path = Some(circle(&kinematics));
+    let rig = PlanarRig::new(PlanarProperties::of(&kinematics), kinematics, path).expect("a rig");
     let properties = FirmwareProperties {
         force_limit_n: if kinematics.are_rotary() { 1.0 } else { 20.0 },
         ..FirmwareProperties::default()
@@ -43,15 +38,13 @@ fn firmware(kinematics: Kinematics) -> (Firmware, DeviceHello) {
     let Some(FromDevice::Hello(hello)) = firmware.receive(FromHost::Hello { nonce: 7 }, 0) else {
         panic!("it answers");
     };
-    (firmware, hello)
+    Pair::of((firmware, hello), 0)
 }
 
 /// A device and the conversation with it.
 #[derive(Debug)]
 struct Conversation {
-    firmware: Firmware,
-    session: LinkSession,
-    now_ns: u64,
+    pair: Pair,
     /// What the host has asked of the motors last, N or N m.
     efforts: [f64; 2],
     /// The next reading fails.
@@ -71,69 +64,51 @@ impl Shared {
 impl Connection for Shared {
     fn read(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         let mut conversation = self.lock();
-        conversation.now_ns = now_ns;
+        conversation.pair.now_ns = now_ns;
         if take(&mut conversation.is_broken) {
             return Err(DeviceError::Disconnected);
         }
-        let sample = conversation.firmware.sample(now_ns).expect("it is greeted");
-        conversation.session.take(Ok(sample), now_ns);
-        conversation.session.measurement(now_ns)
+        conversation.pair.measured()
     }
 
-    fn write(&mut self, efforts: [f64; 2], enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
+    fn write(&mut self, efforts: [f64; 2], enabled: bool, _: u64) -> Result<Written, DeviceError> {
         let mut conversation = self.lock();
         conversation.efforts = efforts;
-        for message in conversation.session.command(efforts, enabled, now_ns).messages() {
-            if let Some(answer) = conversation.firmware.receive(message, now_ns) {
-                conversation.session.take(Ok(answer), now_ns);
-            }
-        }
+        conversation.pair.send(efforts, enabled);
         Ok(Written::Taken)
     }
 }
 
-struct Pair {
+struct TestRig {
     shared: Shared,
     link: PlanarLink,
     homing: Homing,
-    counters: Arc<LinkCounters>,
     to_link: Producer<(Box<dyn Connection>, DeviceBounds)>,
     connections: u64,
     now_ns: u64,
 }
 
-impl Pair {
+impl TestRig {
     fn new(kinematics: Kinematics) -> Self {
-        let (firmware, hello) = firmware(kinematics);
-        let counters = Arc::new(LinkCounters::default());
-        let session = LinkSession::new(&hello, LoopTiming::default(), 0, Arc::clone(&counters));
-        let now_ns = 0;
-        let shared = Shared(Arc::new(Mutex::new(Conversation {
-            firmware,
-            session,
-            now_ns,
+        let conversation = Conversation {
+            pair: pair(kinematics),
             efforts: [0.0; 2],
             is_broken: false,
-        })));
+        };
         let (to_link, greeted) = RingBuffer::new(4);
         let (failed, _) = RingBuffer::new(4);
         let homing = Homing::default();
-        let link = PlanarLink::new(
-            LinkDevice::new("a rig".to_owned(), greeted, failed),
-            kinematics,
-            homing.clone(),
-        );
-        let mut pair = Self {
-            shared,
-            link,
+        let device = LinkDevice::new("a rig".to_owned(), greeted, failed);
+        let mut rig = Self {
+            shared: Shared(Arc::new(Mutex::new(conversation))),
+            link: PlanarLink::new(device, kinematics, homing.clone()),
             homing,
-            counters,
             to_link,
             connections: 0,
-            now_ns,
+            now_ns: 0,
         };
-        pair.connect(kinematics.home().is_none());
-        pair
+        rig.connect(kinematics.home().is_none());
+        rig
     }
 
     /// Hands a connection over, as the keeper does.
@@ -156,9 +131,24 @@ impl Pair {
         (self.hand().0, measured.position_m)
     }
 
+    /// A second and a half, after which the hand has left the singular home pose and draws.
+    fn until_it_draws(&mut self, force: Plane) {
+        for _ in 0..1500 {
+            self.tick(force);
+        }
+    }
+
+    fn clipped(&self) -> u64 {
+        self.shared.lock().pair.counter(|counters| &counters.clipped)
+    }
+
+    fn malformed(&self) -> u64 {
+        self.shared.lock().pair.counter(|counters| &counters.malformed)
+    }
+
     /// Where the hand is, m, and the force of the motors on it, N.
     fn hand(&self) -> (Plane, Plane) {
-        match &self.shared.lock().firmware.mechanics {
+        match &self.shared.lock().pair.firmware.mechanics {
             Mechanics::Plane(rig) => (rig.position(), rig.force()),
             other => panic!("{other:?}"),
         }
@@ -168,61 +158,59 @@ impl Pair {
 #[test]
 fn position_and_force_are_those_of_the_hand() {
     let linear = ["xy", "h-belt"].map(|name| name.parse().expect("kinematics"));
-    for kinematics in [linear[0], linear[1], haply(RELATIVE), haply("")] {
-        let mut pair = Pair::new(kinematics);
-        assert_eq!(pair.homing.is_homed(), kinematics.home().is_none(), "{kinematics}");
-        pair.homing.tell();
+    for kinematics in [linear[0], linear[1], five_bar(38.0), absolute_five_bar()] {
+        let mut rig = TestRig::new(kinematics);
+        assert_eq!(rig.homing.is_homed(), kinematics.home().is_none(), "{kinematics}");
+        rig.homing.tell();
         let mut origin = Plane::ZERO;
         for k in 0..4000 {
             let force = Plane::new(0.3, -0.4);
-            let (there, reported) = pair.tick(force);
+            let (there, reported) = rig.tick(force);
             // A linear rig's own origin is its first sample.
             if k == 0 && !kinematics.are_rotary() {
                 origin = there;
             }
             let apart = (reported + origin - there).length();
             assert!(apart < 1e-4, "{kinematics}: {reported:?} for {there:?} at {k} ms");
-            // The home pose is singular, so the hand is drawn from it without force.
-            if k > 1000 {
-                let given = pair.hand().1;
+            // The home pose is singular, so the hand is drawn from it without force. Then it draws its circle, pushed
+            // aside from it by the force at 500 N/m, and it lags by its mass and friction.
+            if k > 1500 {
+                let given = rig.hand().1;
                 assert!((given - force).length() < 0.01, "{kinematics}: {given:?}");
+                let aim = circle(&kinematics).at(f64::from(k) * 1e-3).0 + force * (1.0 / 500.0);
+                assert!((there - aim).length() < 2e-3, "{kinematics}: {there:?} for {aim:?}");
             }
         }
-        assert!(pair.homing.is_homed());
-        assert_eq!(
-            pair.counters.malformed.load(Relaxed) + pair.counters.clipped.load(Relaxed),
-            0
-        );
+        assert!(rig.homing.is_homed());
+        assert_eq!((rig.malformed(), rig.clipped()), (0, 0));
     }
 }
 
 #[test]
 fn home_pose_is_of_its_connection_and_may_be_withdrawn() {
-    let mut pair = Pair::new(haply(RELATIVE));
-    pair.homing.tell();
-    pair.homing.withdraw();
-    pair.tick(Plane::ZERO);
-    assert!(!pair.homing.is_homed());
-    pair.homing.tell();
-    pair.tick(Plane::ZERO);
-    assert!(pair.homing.is_homed());
-    pair.homing.connected(2, false);
-    assert!(!pair.homing.is_homed(), "its encoders may have begun elsewhere");
+    let mut rig = TestRig::new(five_bar(38.0));
+    rig.homing.tell();
+    rig.homing.withdraw();
+    rig.tick(Plane::ZERO);
+    assert!(!rig.homing.is_homed());
+    rig.homing.tell();
+    rig.tick(Plane::ZERO);
+    assert!(rig.homing.is_homed());
+    rig.homing.connected(2, false);
+    assert!(!rig.homing.is_homed(), "its encoders may have begun elsewhere");
 }
 
 #[test]
 fn counts_where_the_home_pose_is_told_are_its_own() {
-    let kinematics = haply(RELATIVE);
+    let kinematics = five_bar(38.0);
     let home = kinematics.home().expect("it has one");
-    let mut pair = Pair::new(kinematics);
+    let mut rig = TestRig::new(kinematics);
     // The hand has left the place where the counts began.
-    for _ in 0..1500 {
-        pair.tick(Plane::ZERO);
-    }
-    pair.homing.tell();
+    rig.until_it_draws(Plane::ZERO);
+    rig.homing.tell();
     let mut told_at = None;
     for _ in 0..20 {
-        let (there, reported) = pair.tick(Plane::ZERO);
+        let (there, reported) = rig.tick(Plane::ZERO);
         let motors = kinematics.motors(there).expect("within reach");
         let from = *told_at.get_or_insert(motors);
         let turned = [0, 1].map(|motor| home[motor] + motors[motor] - from[motor]);
@@ -230,61 +218,56 @@ fn counts_where_the_home_pose_is_told_are_its_own() {
         assert!((reported - expected).length() < 1e-3, "{reported:?} for {expected:?}");
     }
     // Those of another connection have begun in the home pose, as these had.
-    pair.shared.lock().is_broken = true;
-    assert!(pair.link.read(pair.now_ns).is_err());
-    pair.connect(false);
-    let (there, reported) = pair.tick(Plane::ZERO);
+    rig.shared.lock().is_broken = true;
+    assert!(rig.link.read(rig.now_ns).is_err());
+    rig.connect(false);
+    let (there, reported) = rig.tick(Plane::ZERO);
     assert!((reported - there).length() < 1e-3, "{reported:?} for {there:?}");
 }
 
 // hazard: H37
 #[test]
 fn a_singular_pose_gets_no_effort() {
-    let mut pair = Pair::new(haply(RELATIVE));
-    pair.homing.tell();
-    pair.shared.lock().efforts = [1.0; 2];
+    let mut rig = TestRig::new(five_bar(38.0));
+    rig.homing.tell();
+    rig.shared.lock().efforts = [1.0; 2];
     for _ in 0..10 {
-        pair.tick(Plane::new(5.0, 5.0));
-        assert_eq!(pair.shared.lock().efforts, [0.0; 2]);
+        rig.tick(Plane::new(5.0, 5.0));
+        assert_eq!(rig.shared.lock().efforts, [0.0; 2]);
     }
 }
 
 // hazard: H31
 #[test]
 fn what_a_motor_cannot_give_leaves_the_direction() {
-    let mut pair = Pair::new(haply(RELATIVE));
-    pair.homing.tell();
-    for _ in 0..1500 {
-        pair.tick(Plane::ZERO);
-    }
-    assert_eq!(pair.counters.clipped.load(Relaxed), 0);
+    let mut rig = TestRig::new(five_bar(38.0));
+    rig.homing.tell();
+    rig.until_it_draws(Plane::ZERO);
+    assert_eq!(rig.clipped(), 0);
     let wanted = Plane::new(-30.0, 40.0);
-    pair.tick(wanted);
-    let (_, force) = pair.hand();
-    assert!(
-        pair.counters.clipped.load(Relaxed) == 1 && force.length() < 40.0,
-        "{force:?}"
-    );
-    assert!(
-        force.cross(wanted).abs() < 1e-3 * force.length() * wanted.length(),
-        "{force:?}"
-    );
+    rig.tick(wanted);
+    let (_, force) = rig.hand();
+    assert!(rig.clipped() == 1 && force.length() < 40.0, "{force:?}");
+    let across = force.cross(wanted).abs();
+    assert!(across < 1e-3 * force.length() * wanted.length(), "{force:?}");
 }
 
 // hazard: H36
 #[test]
 fn samples_of_another_number_of_axes_are_dropped() {
-    let mut pair = Pair::new("xy".parse().expect("kinematics"));
-    pair.tick(Plane::ZERO);
-    let mut conversation = pair.shared.lock();
-    let now_ns = conversation.now_ns + MS;
-    let Some(FromDevice::Sample(mut sample)) = conversation.firmware.sample(now_ns) else {
+    let mut rig = TestRig::new("xy".parse().expect("kinematics"));
+    rig.tick(Plane::ZERO);
+    let mut conversation = rig.shared.lock();
+    let pair = &mut conversation.pair;
+    let now_ns = pair.now_ns + MS;
+    let Some(FromDevice::Sample(mut sample)) = pair.firmware.sample(now_ns) else {
         panic!("a sample");
     };
     sample.second_count = None;
-    conversation.session.take(Ok(FromDevice::Sample(sample)), now_ns);
-    assert!(!conversation.session.has_news());
-    assert_eq!(pair.counters.malformed.load(Relaxed), 1);
+    pair.session.take(Ok(FromDevice::Sample(sample)), now_ns);
+    assert!(!pair.session.has_news());
+    drop(conversation);
+    assert_eq!(rig.malformed(), 1);
 }
 
 /// An encoder that the board finds unplugged, or a motor that hangs: of whichever axis, it is an error of the device.
@@ -292,26 +275,22 @@ fn samples_of_another_number_of_axes_are_dropped() {
 #[test]
 fn error_of_one_axis_ends_the_force_of_both() {
     for code in [ErrorCode::Sensor, ErrorCode::Motor] {
-        let mut pair = Pair::new(haply(""));
+        let mut rig = TestRig::new(absolute_five_bar());
         let force = Plane::new(3.0, -2.0);
-        for _ in 0..1500 {
-            pair.tick(force);
-        }
-        assert!(pair.hand().1.length() > 3.0, "{:?}", pair.hand());
-        let mut conversation = pair.shared.lock();
-        let now_ns = conversation.now_ns;
-        let error = conversation
-            .firmware
-            .misbehave(Misbehaviour::Error(code as u8, 2), now_ns);
-        conversation.session.take(Ok(error.expect("it reports it")), now_ns);
+        rig.until_it_draws(force);
+        assert!(rig.hand().1.length() > 3.0, "{:?}", rig.hand());
+        let mut conversation = rig.shared.lock();
+        let pair = &mut conversation.pair;
+        let error = pair.firmware.misbehave(Misbehaviour::Error(code as u8, 2), pair.now_ns);
+        pair.session.take(Ok(error.expect("it reports it")), pair.now_ns);
         drop(conversation);
         // The board ends it by itself, and the host in its next tick, in which the servo has no sample to go by.
-        assert_eq!(pair.hand().1, Plane::ZERO);
-        pair.now_ns += MS;
-        let read = pair.link.read(pair.now_ns);
+        assert_eq!(rig.hand().1, Plane::ZERO);
+        rig.now_ns += MS;
+        let read = rig.link.read(rig.now_ns);
         assert_eq!(read, Err(DeviceError::Failed(ErrorReport { code, detail: 2 })));
-        pair.link.write(force, true).expect("it is there");
-        assert_eq!(pair.shared.lock().efforts, [0.0; 2]);
-        assert_eq!(pair.hand().1, Plane::ZERO);
+        rig.link.write(force, true).expect("it is there");
+        assert_eq!(rig.shared.lock().efforts, [0.0; 2]);
+        assert_eq!(rig.hand().1, Plane::ZERO);
     }
 }

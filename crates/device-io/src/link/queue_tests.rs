@@ -118,11 +118,8 @@ impl TestRig {
 
     fn send(&mut self, force_n: f64, enabled: bool) {
         for message in self.session.command([force_n, 0.0], enabled, self.now_ns).messages() {
-            let begins_ns = self
-                .down
-                .back()
-                .map_or(0, |(.., through_ns)| *through_ns)
-                .max(self.now_ns);
+            let before_ns = self.down.back().map_or(0, |(.., through_ns)| *through_ns);
+            let begins_ns = before_ns.max(self.now_ns);
             let bytes = Frame::of(message.bytes().as_slice()).as_slice().len() as u64;
             let through_ns = (bytes * 1_000_000_000)
                 .checked_div(self.setup.bytes_per_s)
@@ -182,24 +179,17 @@ fn line_too_slow_for_commands_is_reported_as_fault() {
         let began_ns = rig.now_ns;
         rig.run(1000 * MS, Some((5.0, true)));
         let not_sent = rig.counters.not_sent.load(Relaxed);
-        (
-            rig.fault.map(|(at_ns, error)| ((at_ns - began_ns) / MS, error)),
-            idle,
-            not_sent,
-        )
+        let fault = rig.fault.map(|(at_ns, error)| ((at_ns - began_ns) / MS, error));
+        (fault, idle, not_sent)
     };
-    let ftdi = Setup {
-        collected_ns: 16 * MS,
-        ..Setup::GOOD
-    };
+    let (mut ftdi, mut slow, mut deaf) = (Setup::GOOD, Setup::GOOD, Setup::GOOD);
+    ftdi.collected_ns = 16 * MS;
+    // 18 kB/s are sent.
+    slow.bytes_per_s = 14_000;
+    deaf.bytes_per_s = 0;
     for setup in [Setup::GOOD, ftdi] {
         assert_eq!(fault(setup), (None, Delivery::InTime, 0), "{setup:?}");
     }
-    // 18 kB/s are sent.
-    let slow = Setup {
-        bytes_per_s: 14_000,
-        ..Setup::GOOD
-    };
     let (reported, idle, _) = fault(slow);
     assert!(
         matches!(reported, Some((at_ms, DeviceError::CommandsLate)) if at_ms < 100),
@@ -207,23 +197,13 @@ fn line_too_slow_for_commands_is_reported_as_fault() {
     );
     assert_eq!(idle, Delivery::Late, "seen while idle");
     // Half as many come through, and so do all where a sample may be older.
-    for setup in [
-        Setup {
-            period_ns: 2 * MS,
-            ..slow
-        },
-        Setup {
-            stale_ns: 30 * MS,
-            ..slow
-        },
-    ] {
+    let (mut half_as_many, mut older) = (slow, slow);
+    half_as_many.period_ns = 2 * MS;
+    older.stale_ns = 30 * MS;
+    for setup in [half_as_many, older] {
         let (reported, idle, _) = fault(setup);
         assert_eq!((reported, idle), (None, Delivery::InTime), "{setup:?}");
     }
-    let deaf = Setup {
-        bytes_per_s: 0,
-        ..Setup::GOOD
-    };
     let (reported, idle, _) = fault(deaf);
     assert!(
         matches!(reported, Some((at_ms, DeviceError::CommandsIgnored)) if at_ms < 60),

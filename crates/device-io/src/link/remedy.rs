@@ -143,19 +143,14 @@ mod tests {
         };
         let line = Path::new("/dev/ttyUSB0");
         let joins = "`sudo usermod -aG plugdev hapticd`, then `sudo systemctl restart hapticd@left`";
-        assert_eq!(
-            serial(line, Some("plugdev"), &service),
-            format!("add the service's user to the group of /dev/ttyUSB0 ({joins})")
-        );
+        let adds = format!("add the service's user to the group of /dev/ttyUSB0 ({joins})");
+        assert_eq!(serial(line, Some("plugdev"), &service), adds);
         let joins = "(`sudo usermod -aG dialout $USER`, then log in again)";
         assert!(serial(line, Some("dialout"), &Account::Person).ends_with(joins));
         // Nobody is sent into the group of root.
         let rule = serial(line, None, &service);
-        assert!(
-            rule.contains(r#"SUBSYSTEM=="tty", KERNEL=="ttyUSB0", GROUP="dialout", MODE="0660""#)
-                && !rule.contains("usermod"),
-            "{rule}"
-        );
+        let device = r#"SUBSYSTEM=="tty", KERNEL=="ttyUSB0", GROUP="dialout", MODE="0660""#;
+        assert!(rule.contains(device) && !rule.contains("usermod"), "{rule}");
         let id = HidId {
             vendor: 0x1209,
             product: 1,
@@ -164,10 +159,8 @@ mod tests {
         let device =
             r#"SUBSYSTEM=="hidraw", ATTRS{idVendor}=="1209", ATTRS{idProduct}=="0001", GROUP="hapticd", MODE="0660""#;
         let rule = hid(&id, &Account::Person);
-        assert!(
-            rule.contains(device) && rule.contains("usermod -aG hapticd $USER"),
-            "{rule}"
-        );
+        assert!(rule.contains(device), "{rule}");
+        assert!(rule.contains("usermod -aG hapticd $USER"), "{rule}");
     }
 
     #[test]

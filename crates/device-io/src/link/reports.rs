@@ -1,7 +1,6 @@
 //! The lengths of a HID device's reports, from its report descriptor (USB HID 1.11, section 6.2.2).
 
 use crate::protocol::view::{Axes, Kind};
-use thiserror::Error;
 
 /// Lengths of a device's reports, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,23 +11,8 @@ pub(crate) struct Reports {
     pub(crate) output: usize,
 }
 
-/// Why a HID device cannot carry the link protocol.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub(crate) enum UnsupportedReports {
-    /// Its reports begin with a number.
-    #[error("its reports have numbers, and those of the link protocol have none")]
-    Numbered,
-    /// They are too short for a hello or a command, or too long.
-    #[error(
-        "its reports carry {} bytes up and {} down, and the link protocol needs {MIN_UP} and {MIN_DOWN}, at most \
-         {MAX_REPORT}",
-        .0.input, .0.output
-    )]
-    Length(Reports),
-    /// Its descriptor breaks off.
-    #[error("its report descriptor breaks off")]
-    BrokenOff,
-}
+/// The refusal of a descriptor that ends within an item.
+const BROKEN_OFF: &str = "its report descriptor breaks off";
 
 /// Longest report of the link protocol, bytes.
 pub(crate) const MAX_REPORT: usize = 64;
@@ -40,7 +24,10 @@ const MIN_DOWN: usize = Kind::Command.length(Axes::One);
 
 impl Reports {
     /// Reads a descriptor of a device that can carry the link protocol.
-    pub(crate) fn of(descriptor: &[u8]) -> Result<Self, UnsupportedReports> {
+    ///
+    /// # Errors
+    /// Its reports begin with a number, are too short for a hello or a command, or too long; or it breaks off.
+    pub(crate) fn of(descriptor: &[u8]) -> Result<Self, String> {
         /// The values that Push and Pop save, as far as they matter here.
         #[derive(Clone, Copy, Default)]
         struct Globals {
@@ -54,21 +41,21 @@ impl Reports {
             if *prefix == 0xFE {
                 // A long item: its length, its tag, its bytes. None is defined.
                 let [length, _, after @ ..] = after else {
-                    return Err(UnsupportedReports::BrokenOff);
+                    return Err(BROKEN_OFF.to_owned());
                 };
-                rest = after.get(usize::from(*length)..).ok_or(UnsupportedReports::BrokenOff)?;
+                rest = after.get(usize::from(*length)..).ok_or(BROKEN_OFF)?;
                 continue;
             }
             let length = match prefix & 3 {
                 3 => 4,
                 length => usize::from(length),
             };
-            let (value, after) = after.split_at_checked(length).ok_or(UnsupportedReports::BrokenOff)?;
+            let (value, after) = after.split_at_checked(length).ok_or(BROKEN_OFF)?;
             let value = value.iter().rev().fold(0, |value, byte| value << 8 | u64::from(*byte));
             match prefix & 0xFC {
                 0x74 => globals.size_bits = value,
                 0x94 => globals.count = value,
-                0x84 => return Err(UnsupportedReports::Numbered),
+                0x84 => return Err("its reports have numbers, and those of the link protocol have none".to_owned()),
                 0xA4 => pushed.push(globals),
                 0xB4 => globals = pushed.pop().unwrap_or_default(),
                 0x80 => input_bits = input_bits.saturating_add(globals.size_bits * globals.count),
@@ -85,7 +72,11 @@ impl Reports {
         if (MIN_UP..=MAX_REPORT).contains(&reports.input) && (MIN_DOWN..=MAX_REPORT).contains(&reports.output) {
             Ok(reports)
         } else {
-            Err(UnsupportedReports::Length(reports))
+            Err(format!(
+                "its reports carry {} bytes up and {} down, and the link protocol needs {MIN_UP} and {MIN_DOWN}, at most \
+                 {MAX_REPORT}",
+                reports.input, reports.output
+            ))
         }
     }
 }
@@ -110,11 +101,10 @@ mod tests {
         assert_eq!(fits(64, 64), Ok(Reports { input: 64, output: 64 }));
         assert_eq!(fits(48, 12), Ok(Reports { input: 48, output: 12 }));
         for (input, output) in [(47, 12), (48, 11), (65, 64), (64, 65), (64, 0)] {
-            let lengths = Reports {
-                input: input.into(),
-                output: output.into(),
-            };
-            assert_eq!(fits(input, output), Err(UnsupportedReports::Length(lengths)));
+            let unfit = format!(
+                "its reports carry {input} bytes up and {output} down, and the link protocol needs 48 and 12, at most 64"
+            );
+            assert_eq!(fits(input, output), Err(unfit));
         }
         // A long item in between, and lengths that Push and Pop keep apart.
         let mut odd = vec![
@@ -147,10 +137,11 @@ mod tests {
             0x05, 0x07, 0x19, 0x00, 0x29, 0x65, 0x81, 0x00, 0xC0,
         ];
         let unfit = Reports::of(&keyboard).expect_err("too short");
-        assert_eq!(unfit, UnsupportedReports::Length(Reports { input: 8, output: 1 }));
+        assert!(unfit.starts_with("its reports carry 8 bytes up and 1 down"), "{unfit}");
         let mut numbered = descriptor(64, 64);
         numbered.splice(14..14, [0x85, 1]);
-        assert_eq!(Reports::of(&numbered), Err(UnsupportedReports::Numbered));
+        let unfit = Reports::of(&numbered).expect_err("numbered");
+        assert!(unfit.starts_with("its reports have numbers"), "{unfit}");
         for length in 0..keyboard.len() {
             // Wherever it breaks off, it is refused and nothing panics.
             assert!(Reports::of(&keyboard[..length]).is_err());

@@ -11,7 +11,7 @@ use super::session::{Outgoing, RejectedInput};
 use super::wire::{self, Wire};
 use crate::address::DEFAULT_BAUD;
 use crate::device::{DeviceError, Written, now_ns};
-use crate::protocol::frame::{Decoder, Frame, MAX_FRAME};
+use crate::protocol::frame::{BadFrame, Decoder, Frame, MAX_FRAME};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
 use crate::protocol::view::{Axes, Kind, View};
 use std::ffi::OsStr;
@@ -63,7 +63,7 @@ impl Reader {
     pub(super) fn take(&mut self, bytes: &[u8], mut each: impl FnMut(Result<FromDevice, RejectedInput>)) {
         for &byte in bytes {
             if let Some(frame) = self.0.push(byte) {
-                each(frame.map_err(RejectedInput::Frame).and_then(|message| {
+                each(frame.map_err(|BadFrame| RejectedInput::Frame).and_then(|message| {
                     View::whole(message)
                         .map_err(MessageError::from)
                         .and_then(FromDevice::read)
@@ -211,7 +211,7 @@ mod tests {
     use crate::fake::Port;
     use crate::link::connector::Connection;
     use crate::link::session::LinkSession;
-    use crate::link::session::tests::greeted_firmware;
+    use crate::link::session::tests::{greeted_firmware, is_off};
     use crate::link::wire::WireConnection;
     use std::sync::atomic::Ordering::Relaxed;
 
@@ -273,21 +273,9 @@ mod tests {
         read(&mut received);
         assert_eq!(connection.write([0.0; 2], false, now_ns), Ok(Written::Taken));
         read(&mut received);
-        let zero = |message: &FromHost| {
-            matches!(
-                message,
-                FromHost::Command {
-                    force_mn: 0,
-                    enabled: false,
-                    ..
-                }
-            )
-        };
-        let zeros = received.iter().filter(|message| zero(message)).count();
-        assert!(
-            (1..=2).contains(&zeros) && zero(&received[received.len() - 1]),
-            "{zeros}"
-        );
+        let zeros = received.iter().filter(|message| is_off(message)).count();
+        let is_last = received.last().is_some_and(is_off);
+        assert!((1..=2).contains(&zeros) && is_last, "{zeros}");
         assert!(received.len() > taken);
     }
 }

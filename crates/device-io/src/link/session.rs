@@ -11,7 +11,6 @@ use super::sent_messages::SentMessages;
 use crate::device::{DeviceError, Measurement, Motor as ReportedMotor};
 use crate::kinematics::within_limits;
 use crate::protocol::DEVICE_SILENCE_NS;
-use crate::protocol::frame::FrameError;
 use crate::protocol::message::{
     DeviceHello, DeviceSample, ErrorCode, ErrorReport, FromDevice, FromHost, MessageError, is_newer,
 };
@@ -42,7 +41,7 @@ const PERIODS: u64 = 64;
 /// Why incoming bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum RejectedInput {
-    Frame(FrameError),
+    Frame,
     Message(MessageError),
 }
 
@@ -210,7 +209,7 @@ impl LinkSession {
             // An answer to a repeated question, or a device that has restarted behind our back: its
             // samples then say that its motor is off.
             Ok(FromDevice::Hello(_)) => {}
-            Err(RejectedInput::Frame(_)) => add(&self.counters.bad_crc, 1),
+            Err(RejectedInput::Frame) => add(&self.counters.bad_crc, 1),
             Err(RejectedInput::Message(_)) => add(&self.counters.malformed, 1),
         }
     }

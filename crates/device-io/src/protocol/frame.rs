@@ -7,7 +7,6 @@
 
 use super::view::MAX_MESSAGE;
 use crc::{CRC_32_ISO_HDLC, Crc};
-use thiserror::Error;
 
 static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
@@ -16,19 +15,9 @@ const CRC_BYTES: usize = 4;
 /// more) and the zero that ends it.
 pub const MAX_FRAME: usize = MAX_MESSAGE + CRC_BYTES + 2;
 
-/// Why the bytes between two zeros are not a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum FrameError {
-    /// Longer than the longest frame.
-    #[error("a frame longer than {MAX_FRAME} bytes")]
-    TooLong,
-    /// Too short to hold a CRC, or stuffed as no sender does it.
-    #[error("a frame that is broken off or badly stuffed")]
-    Broken,
-    /// The CRC is wrong.
-    #[error("a frame with a wrong CRC")]
-    Crc,
-}
+/// The bytes between two zeros are not a frame: too long or too short, stuffed as no sender does it, or with a wrong CRC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BadFrame;
 
 /// A frame, ready to be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +84,7 @@ impl Default for Decoder {
 impl Decoder {
     /// Takes the next byte of the stream. At the end of a frame it returns the message, without the
     /// CRC, or the error. Repeated zeros count as nothing.
-    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
+    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], BadFrame>> {
         if byte != 0 {
             match self.bytes.get_mut(self.length) {
                 Some(place) => {
@@ -108,7 +97,7 @@ impl Decoder {
         }
         let length = std::mem::take(&mut self.length);
         if std::mem::take(&mut self.too_long) {
-            return Some(Err(FrameError::TooLong));
+            return Some(Err(BadFrame));
         }
         if length == 0 {
             return None;
@@ -118,7 +107,7 @@ impl Decoder {
 }
 
 /// Takes the stuffing out, in place, and the CRC off.
-fn open(stuffed: &mut [u8]) -> Result<&[u8], FrameError> {
+fn open(stuffed: &mut [u8]) -> Result<&[u8], BadFrame> {
     let mut zero_at = 0;
     while let Some(&code) = stuffed.get(zero_at) {
         // No byte between two zeros is zero, so this moves on.
@@ -128,11 +117,11 @@ fn open(stuffed: &mut [u8]) -> Result<&[u8], FrameError> {
     // The last distance leads to the ending zero; one that leads beyond it was damaged, and what
     // remains has no end.
     if zero_at != stuffed.len() {
-        return Err(FrameError::Broken);
+        return Err(BadFrame);
     }
-    let (message, crc) = stuffed[1..].split_last_chunk::<CRC_BYTES>().ok_or(FrameError::Broken)?;
+    let (message, crc) = stuffed[1..].split_last_chunk::<CRC_BYTES>().ok_or(BadFrame)?;
     if CRC.checksum(message).to_le_bytes() != *crc {
-        return Err(FrameError::Crc);
+        return Err(BadFrame);
     }
     Ok(message)
 }

@@ -25,17 +25,32 @@ pub(in crate::link) fn greeted_firmware(now_ns: u64) -> (Firmware, DeviceHello) 
     (firmware, hello)
 }
 
+/// Whether a message is that no force is to be and the motor off.
+pub(in crate::link) fn is_off(message: &FromHost) -> bool {
+    matches!(
+        message,
+        FromHost::Command {
+            force_mn: 0,
+            enabled: false,
+            ..
+        }
+    )
+}
+
 /// A session with a fake firmware, without a link between them.
-struct Pair {
-    session: LinkSession,
-    firmware: Firmware,
-    now_ns: u64,
+#[derive(Debug)]
+pub(in crate::link) struct Pair {
+    pub(in crate::link) session: LinkSession,
+    pub(in crate::link) firmware: Firmware,
+    pub(in crate::link) now_ns: u64,
 }
 
 impl Pair {
     fn new() -> Self {
-        let now_ns = 1000 * MS;
-        let (firmware, hello) = greeted_firmware(now_ns);
+        Self::of(greeted_firmware(1000 * MS), 1000 * MS)
+    }
+
+    pub(in crate::link) fn of((firmware, hello): (Firmware, DeviceHello), now_ns: u64) -> Self {
         let session = LinkSession::new(&hello, LoopTiming::default(), now_ns, Arc::new(LinkCounters::default()));
         Self {
             session,
@@ -44,26 +59,34 @@ impl Pair {
         }
     }
 
-    /// A millisecond with a sample up and a command down.
-    fn tick(&mut self, force_n: f64, enabled: bool) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
-        self.now_ns += MS;
+    /// Some milliseconds, each with a sample up and a command down; what was measured last.
+    fn ticks(&mut self, count: u32, force_n: f64, enabled: bool) -> Measurement<[f64; 2]> {
+        let mut tick = || {
+            self.now_ns += MS;
+            let measured = self.measured();
+            self.send([force_n, 0.0], enabled);
+            measured.expect("it is there").expect("a sample")
+        };
+        (0..count).map(|_| tick()).last().expect("a tick")
+    }
+
+    /// A sample that comes now, and what the session makes of it.
+    pub(in crate::link) fn measured(&mut self) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         if let Some(sample) = self.firmware.sample(self.now_ns) {
             self.session.take(Ok(sample), self.now_ns);
         }
-        let measured = self.session.measurement(self.now_ns);
-        self.send(force_n, enabled);
-        measured
+        self.session.measurement(self.now_ns)
     }
 
-    fn send(&mut self, force_n: f64, enabled: bool) {
-        for message in self.session.command([force_n, 0.0], enabled, self.now_ns).messages() {
+    pub(in crate::link) fn send(&mut self, efforts: [f64; 2], enabled: bool) {
+        for message in self.session.command(efforts, enabled, self.now_ns).messages() {
             if let Some(answer) = self.firmware.receive(message, self.now_ns) {
                 self.session.take(Ok(answer), self.now_ns);
             }
         }
     }
 
-    fn counter(&self, of: impl Fn(&LinkCounters) -> &std::sync::atomic::AtomicU64) -> u64 {
+    pub(in crate::link) fn counter(&self, of: impl Fn(&LinkCounters) -> &std::sync::atomic::AtomicU64) -> u64 {
         of(&self.session.counters).load(Relaxed)
     }
 }
@@ -71,29 +94,27 @@ impl Pair {
 #[test]
 fn force_flows_while_enabled_and_the_position_begins_at_zero() {
     let mut pair = Pair::new();
-    let first = pair.tick(0.0, false).expect("it is there").expect("a sample");
+    let first = pair.ticks(1, 0.0, false);
     assert_eq!((first.position_m, first.sequence), ([0.0; 2], 0));
-    pair.tick(3.0, false).expect("it is there");
+    pair.ticks(1, 3.0, false);
     assert_eq!(pair.firmware.force_n(), 0.0, "not enabled");
-    for _ in 0..300 {
-        pair.tick(3.0, true).expect("it is there");
-    }
+    pair.ticks(300, 3.0, true);
     assert_eq!(pair.firmware.force_n(), 3.0);
-    let measured = pair.tick(-99.0, true).expect("it is there").expect("a sample");
+    let measured = pair.ticks(1, -99.0, true);
     assert_eq!(measured.time_ns, 302 * MS);
     // From -cos(0) to -cos(0.6 pi), of 30 mm.
     assert!((measured.position_m[0] - 0.0393).abs() < 1e-3, "{measured:?}");
     assert_eq!(pair.firmware.force_n(), -20.0, "cut to the device's limit");
     assert_eq!(pair.counter(|counters| &counters.clipped), 1);
     assert_eq!(pair.counter(|counters| &counters.lost), 0);
-    pair.tick(3.0, false).expect("it is there");
+    pair.ticks(1, 3.0, false);
     assert_eq!(pair.firmware.force_n(), 0.0);
 }
 
 #[test]
 fn samples_that_are_farther_apart_than_the_hello_says_are_seen() {
     let mut pair = Pair::new();
-    pair.tick(0.0, false).expect("it is there");
+    pair.ticks(1, 0.0, false);
     let mut sample = pair.session.newest.expect("there is one");
     for apart_ms in [1, 10] {
         for _ in 0..2 * PERIODS {
@@ -110,9 +131,7 @@ fn samples_that_are_farther_apart_than_the_hello_says_are_seen() {
 #[test]
 fn measurement_includes_buttons_and_reported_motor_state() {
     let mut pair = Pair::new();
-    for _ in 0..5 {
-        pair.tick(0.0, true).expect("it is there");
-    }
+    pair.ticks(5, 0.0, true);
     let measured = |pair: &mut Pair, buttons: u8, command_lost: bool| {
         pair.now_ns += MS;
         let Some(FromDevice::Sample(sample)) = pair.firmware.sample(pair.now_ns) else {
@@ -131,7 +150,7 @@ fn measurement_includes_buttons_and_reported_motor_state() {
         (measured.motor, measured.buttons)
     };
     assert_eq!(measured(&mut pair, 0b101, false), (ReportedMotor::Enabled, 0b101));
-    pair.send(0.0, false);
+    pair.send([0.0; 2], false);
     assert_eq!(measured(&mut pair, 0, true), (ReportedMotor::Unconfirmed, 0));
     assert_eq!(measured(&mut pair, 0b10, false), (ReportedMotor::Off, 0b10));
 }
@@ -149,11 +168,8 @@ fn old_and_duplicate_samples_are_dropped_and_counted() {
     for sample in samples {
         pair.session.take(Ok(sample), pair.now_ns + 10 * MS);
     }
-    let measured = pair
-        .session
-        .measurement(pair.now_ns + 10 * MS)
-        .expect("there")
-        .expect("a sample");
+    let measured = pair.session.measurement(pair.now_ns + 10 * MS);
+    let measured = measured.expect("there").expect("a sample");
     assert_eq!((measured.sequence, measured.time_ns), (9, 9 * MS));
     // Number 3 came after 4, and 7 not at all; 1 came twice.
     assert_eq!(pair.counter(|counters| &counters.lost), 2);
@@ -164,11 +180,11 @@ fn old_and_duplicate_samples_are_dropped_and_counted() {
 fn a_jump_of_the_sequence_is_one_jump_and_nothing_is_lost_by_it() {
     let mut pair = Pair::new();
     for jump in [1, 70_000, 2_000_000_000, 3_000_000_000] {
-        pair.tick(0.0, false).expect("it is there");
+        pair.ticks(1, 0.0, false);
         pair.firmware
             .misbehave(crate::fake::Misbehaviour::SequenceJump(jump), pair.now_ns);
     }
-    pair.tick(0.0, false).expect("it is there");
+    pair.ticks(1, 0.0, false);
     assert_eq!(pair.counter(|counters| &counters.lost), 1);
     assert_eq!(pair.counter(|counters| &counters.sequence_jumps), 2);
     // That one looks like an old sample.
@@ -178,40 +194,31 @@ fn a_jump_of_the_sequence_is_one_jump_and_nothing_is_lost_by_it() {
 #[test]
 fn a_motor_that_is_off_though_it_should_be_on_is_reported() {
     let mut pair = Pair::new();
-    for _ in 0..10 {
-        pair.tick(1.0, true).expect("it is there");
-    }
+    pair.ticks(10, 1.0, true);
     // The host's commands do not come through any more: the watchdog bites.
     let mut reported = None;
     for k in 1..=60 {
         pair.now_ns += MS;
-        if let Some(sample) = pair.firmware.sample(pair.now_ns) {
-            pair.session.take(Ok(sample), pair.now_ns);
-        }
-        if let Err(error) = pair.session.measurement(pair.now_ns) {
+        if let Err(error) = pair.measured() {
             reported.get_or_insert((k, error));
         }
     }
     assert_eq!(reported, Some((50, DeviceError::MotorOff { watchdog: true })));
     assert_eq!(pair.firmware.force_n(), 0.0);
     // Released and enabled again it is well.
-    pair.send(0.0, false);
-    for _ in 0..10 {
-        pair.tick(1.0, true).expect("it is there");
-    }
+    pair.send([0.0; 2], false);
+    pair.ticks(10, 1.0, true);
     assert_eq!(pair.firmware.force_n(), 1.0);
 }
 
 #[test]
 fn enabling_again_at_once_is_not_taken_for_a_failure() {
     let mut pair = Pair::new();
-    for _ in 0..10 {
-        pair.tick(1.0, true).expect("it is there");
-    }
+    pair.ticks(10, 1.0, true);
     let enabled_before = pair.firmware.sample(pair.now_ns + MS).expect("a sample");
-    pair.send(0.0, false);
+    pair.send([0.0; 2], false);
     let off = pair.firmware.sample(pair.now_ns + 2 * MS).expect("a sample");
-    pair.send(1.0, true);
+    pair.send([1.0, 0.0], true);
     pair.session.take(Ok(enabled_before), pair.now_ns + 2 * MS);
     pair.session.measurement(pair.now_ns + 2 * MS).expect("well");
     pair.session.take(Ok(off), pair.now_ns + 3 * MS);
@@ -221,16 +228,10 @@ fn enabling_again_at_once_is_not_taken_for_a_failure() {
 #[test]
 fn a_silent_device_is_given_up_and_a_failing_one_says_why() {
     let mut pair = Pair::new();
-    pair.tick(0.0, false).expect("it is there");
-    let failed = FromDevice::Error {
-        code: ErrorCode::Sensor,
-        detail: 17,
-    };
-    pair.session.take(Ok(failed), pair.now_ns);
-    let report = ErrorReport {
-        code: ErrorCode::Sensor,
-        detail: 17,
-    };
+    pair.ticks(1, 0.0, false);
+    let (code, detail) = (ErrorCode::Sensor, 17);
+    pair.session.take(Ok(FromDevice::Error { code, detail }), pair.now_ns);
+    let report = ErrorReport { code, detail };
     assert_eq!(pair.session.measurement(pair.now_ns), Err(DeviceError::Failed(report)));
     assert_eq!(
         pair.session.counters.last_error(),
@@ -247,7 +248,7 @@ fn a_silent_device_is_given_up_and_a_failing_one_says_why() {
     assert_eq!(last(&pair), Some(LinkError::Silent));
     // It was not the device that kept silent first.
     let mut pair = Pair::new();
-    pair.tick(0.0, false).expect("it is there");
+    pair.ticks(1, 0.0, false);
     let awake_ns = pair.now_ns + 2500 * MS;
     let sample = pair.firmware.sample(pair.now_ns + MS).expect("one that waited");
     pair.session.take(Ok(sample), awake_ns);
@@ -271,9 +272,7 @@ fn a_silent_device_is_given_up_and_a_failing_one_says_why() {
 #[test]
 fn sample_is_late_beyond_loop_plus_sample_period() {
     let mut pair = Pair::new();
-    for _ in 0..20 {
-        pair.tick(0.0, false).expect("it is there");
-    }
+    pair.ticks(20, 0.0, false);
     let late = |pair: &Pair| pair.counter(|counters| &counters.late);
     assert_eq!(late(&pair), 0, "each came at once");
     for (took_ms, counted) in [(2, 0), (3, 1)] {
@@ -288,19 +287,15 @@ fn sample_is_late_beyond_loop_plus_sample_period() {
 #[test]
 fn a_motor_may_take_its_time_to_be_enabled() {
     let mut pair = Pair::new();
-    pair.tick(0.0, false).expect("it is there");
+    pair.ticks(1, 0.0, false);
     // The order to enable goes nowhere.
     let asked_ns = pair.now_ns;
-    let enables = |outgoing: Outgoing| {
-        outgoing
-            .messages()
-            .any(|message| matches!(message, FromHost::Enable { .. }))
+    let mut enables = |now_ns| {
+        let mut messages = pair.session.command([1.0, 0.0], true, now_ns).messages();
+        messages.any(|message| matches!(message, FromHost::Enable { .. }))
     };
-    assert!(enables(pair.session.command([1.0, 0.0], true, asked_ns)));
-    assert!(
-        !enables(pair.session.command([1.0, 0.0], true, asked_ns + MS)),
-        "it is asked for once"
-    );
+    assert!(enables(asked_ns));
+    assert!(!enables(asked_ns + MS), "it is asked for once");
     assert!(pair.session.measurement(asked_ns + ENABLE_TIMEOUT_NS).is_ok());
     assert_eq!(
         pair.session.measurement(asked_ns + ENABLE_TIMEOUT_NS + 1),
@@ -312,7 +307,7 @@ fn a_motor_may_take_its_time_to_be_enabled() {
 #[test]
 fn zero_force_goes_at_once_though_no_other_command_may_be_sent() {
     let mut pair = Pair::new();
-    pair.tick(0.0, false).expect("it is there");
+    pair.ticks(1, 0.0, false);
     let now_ns = pair.now_ns + MS;
     let mut is_sent = |force_n: f64, enabled: bool, now_ns: u64| {
         let outgoing = pair.session.command([force_n, 0.0], enabled, now_ns);
@@ -363,34 +358,22 @@ fn in_the_frame(session: &mut LinkSession, force_n: f64, enabled: bool, now_ns: 
     (i32::from_le_bytes(force), bytes[2] & 1 != 0)
 }
 
-/// Forces, N, up to far beyond any limit, and values that are not numbers.
-const FORCES_N: [f64; 18] = [
-    0.0,
-    -0.0,
-    0.0004,
-    0.5,
-    -0.5,
-    1.236,
-    -1.236,
-    1.237,
-    -1.237,
-    1.2376,
-    -1.2376,
-    20.0,
-    -20.0,
-    3e6,
-    -3e6,
-    f64::MAX,
-    f64::INFINITY,
-    f64::NEG_INFINITY,
-];
+/// Forces, N, up to far beyond any limit, fewer than may be unconfirmed.
+fn forces_n() -> impl Iterator<Item = f64> {
+    let near = [
+        0.0, -0.0, 0.0004, 0.5, -0.5, 1.236, -1.236, 1.237, -1.237, 1.2376, -1.2376,
+    ];
+    let beyond = [20.0, -20.0, 3e6, -3e6, f64::MAX];
+    let infinite = [f64::INFINITY, f64::NEG_INFINITY];
+    near.into_iter().chain(beyond).chain(infinite)
+}
 
 // hazard: P10
 #[test]
 fn no_frame_carries_more_than_the_devices_own_limit() {
     let mut session = limited_session();
     let mut beyond = 0;
-    for (k, force_n) in (1..).zip(FORCES_N) {
+    for (k, force_n) in (1..).zip(forces_n()) {
         let (force_mn, enabled) = in_the_frame(&mut session, force_n, true, k * MS);
         let wanted_mn = force_n * 1000.0;
         let expected = if wanted_mn.abs() >= f64::from(LIMIT_MN) {
@@ -412,14 +395,11 @@ fn no_frame_carries_more_than_the_devices_own_limit() {
 // hazard: P10
 #[test]
 fn a_frame_that_does_not_enable_the_motor_carries_no_force() {
-    for force_n in FORCES_N.into_iter().chain([f64::NAN]) {
+    for force_n in forces_n().chain([f64::NAN]) {
         let mut session = limited_session();
         // Before it is enabled, so that a force of before cannot stay.
         in_the_frame(&mut session, force_n, true, MS);
-        assert_eq!(
-            in_the_frame(&mut session, force_n, false, 2 * MS),
-            (0, false),
-            "{force_n} N"
-        );
+        let off = in_the_frame(&mut session, force_n, false, 2 * MS);
+        assert_eq!(off, (0, false), "{force_n} N");
     }
 }
