@@ -9,11 +9,7 @@ use device_io::link::{LinkCounters, LoopTiming};
 use device_io::now_ns;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-use std::sync::atomic::Ordering::Relaxed;
-use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Longest that anything may take on a busy machine before a test gives up.
@@ -48,80 +44,58 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// A fake board behind a terminal, on a thread of its own.
-struct RunningBoard {
-    board: Arc<Mutex<ODriveBoard>>,
+/// A fake board behind a terminal, and when it was switched on.
+struct PluggedBoard {
+    board: ODriveBoard,
+    terminal: Port,
     began: Instant,
-    quit: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
 }
 
-impl RunningBoard {
-    fn start(board: ODriveBoard, link: &Path) -> Self {
-        let mut terminal = Port::plug_in(link).expect("a terminal");
-        let board = Arc::new(Mutex::new(board));
-        let quit = Arc::new(AtomicBool::new(false));
-        let (its_board, its_quit) = (Arc::clone(&board), Arc::clone(&quit));
-        let began = Instant::now();
-        let thread = std::thread::spawn(move || {
-            while !its_quit.load(Relaxed) {
-                let now_ns = u64::try_from(began.elapsed().as_nanos()).expect("soon");
-                let mut board = its_board.lock().expect("alive");
-                let mut answers = Vec::new();
-                terminal
-                    .read(|bytes| answers.extend(board.receive(bytes, now_ns)))
-                    .expect("it reads");
-                board.live_until(now_ns);
-                drop(board);
-                for answer in answers {
-                    terminal.write(&answer).expect("it writes");
-                }
-                Port::wait(Some(&terminal), Duration::from_millis(1));
-            }
-        });
-        Self {
-            board,
-            began,
-            quit,
-            thread: Some(thread),
-        }
+impl PluggedBoard {
+    fn now_ns(&self) -> u64 {
+        u64::try_from(self.began.elapsed().as_nanos()).expect("soon")
     }
 
-    fn wait_for(&self, what: &str, wanted: impl Fn(&ODriveBoard) -> bool) {
-        let began = Instant::now();
-        while !wanted(&self.board.lock().expect("alive")) {
-            assert!(began.elapsed() < PATIENCE, "waited in vain for {what}");
-            std::thread::yield_now();
+    /// Takes in what has come, and answers.
+    fn live(&mut self) {
+        let now_ns = self.now_ns();
+        let (board, mut answers) = (&mut self.board, Vec::new());
+        let read = self.terminal.read(|bytes| answers.extend(board.receive(bytes, now_ns)));
+        read.expect("it reads");
+        board.live_until(now_ns);
+        for answer in answers {
+            self.terminal.write(&answer).expect("it writes");
         }
-    }
-}
-
-impl Drop for RunningBoard {
-    fn drop(&mut self) {
-        self.quit.store(true, Relaxed);
-        if let Some(thread) = self.thread.take() {
-            drop(thread.join());
-        }
+        std::thread::yield_now();
     }
 }
 
 #[test]
 fn tick_on_board_does_not_allocate() {
-    let properties = ODriveProperties::default();
-    let board = ODriveBoard::new(RigProperties::default(), Hand::Free, properties);
     let directory = tempfile::tempdir().expect("a directory");
     let link = directory.path().join("board");
-    let played = RunningBoard::start(board, &link);
+    let properties = ODriveProperties::default();
+    let mut plugged = PluggedBoard {
+        board: ODriveBoard::new(RigProperties::default(), Hand::Free, properties),
+        terminal: Port::plug_in(&link).expect("a terminal"),
+        began: Instant::now(),
+    };
     let address: Address = format!("odrive:{}?radius_mm=5&torque_limit_nm=0.1", link.display())
         .parse()
         .expect("an address");
     let mut connector = address.connector().expect("a link");
     let counters = Arc::new(LinkCounters::default());
-    let greeted = connector.connect(LoopTiming::default(), &counters);
+    let greeted = std::thread::scope(|scope| {
+        let greeting = scope.spawn(|| connector.connect(LoopTiming::default(), &counters));
+        while !greeting.is_finished() {
+            plugged.live();
+        }
+        greeting.join().expect("it ends")
+    });
     let mut connection = greeted.expect("it answers").connection;
     let (began, mut sequence) = (Instant::now(), 0);
-    // A tick, as soon as there is an answer; whether it brought a new sample.
-    let mut tick = |enabled: bool| {
+    // A tick, and what the board makes of it; whether it brought a new sample.
+    let mut tick = |plugged: &mut PluggedBoard, enabled: bool| {
         assert!(began.elapsed() < PATIENCE, "{counters:?}");
         let before = COUNT.get();
         let now_ns = now_ns();
@@ -130,7 +104,7 @@ fn tick_on_board_does_not_allocate() {
         // go and begins anew.
         let written = connection.write([2.0, 0.0], enabled && sample.is_ok(), now_ns);
         assert_eq!(COUNT.get(), before, "a tick allocates");
-        std::thread::yield_now();
+        plugged.live();
         let newest = sample.ok().flatten().map_or(sequence, |sample| sample.sequence);
         written.is_ok() && std::mem::replace(&mut sequence, newest) != newest
     };
@@ -138,23 +112,21 @@ fn tick_on_board_does_not_allocate() {
     for (enabled, samples) in [(false, 100), (true, 500), (false, 100)] {
         let mut seen = 0;
         while seen < samples {
-            seen += u32::from(tick(enabled));
+            seen += u32::from(tick(&mut plugged, enabled));
         }
     }
-    let pulls = |board: &ODriveBoard| board.is_on() && (board.force_n() - 2.0).abs() < 0.01;
-    loop {
-        tick(true);
-        let mut board = played.board.lock().expect("alive");
-        if !pulls(&board) {
-            continue;
-        }
-        // A damaged command that has lost its checksum is believed, and cut by the board itself.
-        let now_ns = u64::try_from(played.began.elapsed().as_nanos()).expect("soon");
-        board.take_largest_force_n();
-        board.receive(b"c 0 9\n", now_ns);
-        assert!((board.take_largest_force_n() - 20.0).abs() < 0.01);
-        break;
+    while !(plugged.board.is_on() && (plugged.board.force_n() - 2.0).abs() < 0.01) {
+        tick(&mut plugged, true);
     }
+    // A damaged command that has lost its checksum is believed, and cut by the board itself.
+    let now_ns = plugged.now_ns();
+    plugged.board.take_largest_force_n();
+    plugged.board.receive(b"c 0 9\n", now_ns);
+    assert!((plugged.board.take_largest_force_n() - 20.0).abs() < 0.01);
     drop(connection);
-    played.wait_for("the last word", |board| !board.is_on() && board.force_n() == 0.0);
+    let began = Instant::now();
+    while plugged.board.is_on() || plugged.board.force_n() != 0.0 {
+        assert!(began.elapsed() < PATIENCE, "waited in vain for the last word");
+        plugged.live();
+    }
 }

@@ -232,22 +232,22 @@ impl ODriveBoard {
 
     fn obey(&mut self, command: &str, now_ns: u64) -> Option<String> {
         let words: Vec<&str> = command.split_whitespace().collect();
-        match command.chars().next() {
+        let first = command.chars().next();
+        if matches!(first, Some('c' | 'f' | 'u'))
+            && let Err(why) = check_axis(&words)
+        {
+            return Some(why);
+        }
+        match first {
             Some('c') => self.obey_torque(&words, now_ns).err(),
-            Some('f') => Some(match check_axis(&words) {
-                Err(why) => why,
-                Ok(()) => {
-                    let (turns, speed) = self.turns();
-                    format!("{turns:.6} {speed:.6}")
-                }
-            }),
-            Some('u') => match check_axis(&words) {
-                Err(why) => Some(why),
-                Ok(()) => {
-                    self.fed_at_ns = now_ns;
-                    None
-                }
-            },
+            Some('f') => {
+                let (turns, speed) = self.turns();
+                Some(format!("{turns:.6} {speed:.6}"))
+            }
+            Some('u') => {
+                self.fed_at_ns = now_ns;
+                None
+            }
             Some('s') => {
                 if command.starts_with("sc") {
                     self.error = 0;
@@ -272,7 +272,6 @@ impl ODriveBoard {
 
     /// `c`: the torque, which feeds the watchdog.
     fn obey_torque(&mut self, words: &[&str], now_ns: u64) -> Result<(), String> {
-        check_axis(words)?;
         let torque_nm: f64 = words
             .get(2)
             .and_then(|word| word.parse().ok())

@@ -1,7 +1,7 @@
 //! The conversation with a controller, tick by tick: it asks for positions, switches the motor on and off, and watches
 //! that the motor stays so.
 
-use super::dialect::ODriveDialect;
+use super::dialect::{ASK_ON_NS, ODriveDialect, Question};
 use super::feedback::{Feedback, target};
 use super::text::{Text, TooLong};
 use device_io::link::{LinkCounters, add};
@@ -194,7 +194,7 @@ impl Conversation {
                     let target = target(force_n, newtons_per_target, target_limit, self.axis.counters());
                     self.dialect.drive(target, out);
                 }
-                self.dialect.watch_on(&mut self.axis, now_ns, out);
+                self.dialect.watch(ASK_ON_NS, &mut self.axis, now_ns, out);
             }
             Motor::Arming { since_ns, .. } if room => {
                 if now_ns.saturating_sub(since_ns) > ARMING_NS {
@@ -235,7 +235,7 @@ impl Conversation {
         } = self.axis.motor
         else {
             self.axis.motor = sent_now(now_ns);
-            self.dialect.begin_off(&mut self.axis);
+            self.dialect.ask_next(Question::State, &mut self.axis);
             self.dialect.switch_off(out);
             return CommandState::InThisText;
         };
@@ -248,7 +248,7 @@ impl Conversation {
             self.axis.motor = sent_now(since_ns);
             self.dialect.switch_off(out);
         }
-        self.dialect.confirm_off(&mut self.axis, now_ns, out);
+        self.dialect.ask(Question::State, &self.axis, now_ns, out);
         if tell {
             CommandState::InThisText
         } else {

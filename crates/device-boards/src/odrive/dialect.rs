@@ -31,7 +31,7 @@ const SETTINGS: [(&str, f64); 4] = [
 ];
 
 /// Time between two questions for state and errors, while the motor is on and while it is off, ns.
-const ASK_ON_NS: u64 = 16_000_000;
+pub(super) const ASK_ON_NS: u64 = 16_000_000;
 const ASK_OFF_NS: u64 = 50_000_000;
 
 /// Longest wait for an answer to one of those, ns. Answers have no names: after a lost answer
@@ -48,7 +48,7 @@ fn bits_of(value: f64) -> u32 {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Question {
+pub(super) enum Question {
     State,
     AxisError,
     /// The error of the board rather than the axis: supply and brake resistor.
@@ -204,13 +204,13 @@ impl ODriveDialect {
     }
 
     /// Asks this as soon as it may.
-    fn ask_next(&mut self, question: Question, axis: &mut Axis) {
+    pub(super) fn ask_next(&mut self, question: Question, axis: &mut Axis) {
         self.next_question = question;
         axis.ask_after_ns = 0;
     }
 
     /// Asks one more question, where no other is under way.
-    fn ask(&mut self, question: Question, axis: &Axis, now_ns: u64, out: &mut Text) {
+    pub(super) fn ask(&mut self, question: Question, axis: &Axis, now_ns: u64, out: &mut Text) {
         if let Some((_, at_ns)) = self.asked {
             if now_ns.saturating_sub(at_ns) <= ANSWER_NS {
                 return;
@@ -243,7 +243,7 @@ impl ODriveDialect {
     }
 
     /// Asks for state and errors in turn.
-    fn watch(&mut self, every_ns: u64, axis: &mut Axis, now_ns: u64, out: &mut Text) {
+    pub(super) fn watch(&mut self, every_ns: u64, axis: &mut Axis, now_ns: u64, out: &mut Text) {
         let was_free = self.asked.is_none();
         let question = self.next_question;
         self.ask(question, axis, now_ns, out);
@@ -305,26 +305,11 @@ impl ODriveDialect {
         words::write(out, format_args!("c {} {torque_nm:.5}", self.axis));
     }
 
-    /// Asks from time to time whether the motor is still on.
-    pub(super) fn watch_on(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
-        self.watch(ASK_ON_NS, axis, now_ns, out);
-    }
-
     /// Writes the commands that switch the motor off.
     pub(super) fn switch_off(&self, out: &mut Text) {
         let axis = self.axis;
         words::write(out, format_args!("c {axis} 0"));
         words::write(out, format_args!("w axis{axis}.requested_state {IDLE}"));
-    }
-
-    /// The motor has been commanded off, for the first time since it was on.
-    pub(super) fn begin_off(&mut self, axis: &mut Axis) {
-        self.ask_next(Question::State, axis);
-    }
-
-    /// Asks whether the motor is off.
-    pub(super) fn confirm_off(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
-        self.ask(Question::State, axis, now_ns, out);
     }
 
     /// Asks from time to time whether the motor is still off.

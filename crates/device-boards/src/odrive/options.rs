@@ -124,46 +124,32 @@ mod tests {
     #[test]
     fn every_option_is_checked_and_the_error_names_it() {
         for (options, why) in [
-            (None, "odrive needs radius_mm, from 0.5 to 500 mm, as in radius_mm=5"),
-            (Some("radius_mm=5"), "odrive needs torque_limit_nm, from 0.001 to 50 Nm"),
+            ("radius_mm=5", "odrive needs torque_limit_nm, from 0.001 to 50 Nm"),
             (
-                Some("radius_mm=0&torque_limit_nm=1"),
+                "radius_mm=0",
                 "radius_mm = 0 is out of range: it must be from 0.5 to 500 mm",
             ),
+            ("radius_mm=nan", "radius_mm = nan is out of range"),
             (
-                Some("radius_mm=nan&torque_limit_nm=1"),
-                "radius_mm = nan is out of range",
-            ),
-            (
-                Some("radius_mm=5&torque_limit_nm=-1"),
+                "torque_limit_nm=-1&radius_mm=5",
                 "torque_limit_nm = -1 is out of range: it must be from 0.001 to 50 Nm",
             ),
-            (Some("radius_mm=5&torque_limit_nm=inf"), "torque_limit_nm = inf"),
+            ("torque_limit_nm=inf&radius_mm=5", "torque_limit_nm = inf"),
+            ("axis=2", "axis = 2: it must be 0 or 1"),
+            ("direction=0", "direction = 0: it must be 1 or -1"),
             (
-                Some("radius_mm=5&torque_limit_nm=1&axis=2"),
-                "axis = 2: it must be 0 or 1",
-            ),
-            (
-                Some("radius_mm=5&torque_limit_nm=1&direction=0"),
-                "direction = 0: it must be 1 or -1",
-            ),
-            (
-                Some("radius_mm=5&torque_limit_nm=1&baud=9600"),
+                "baud=9600",
                 "baud = 9600 is out of range: it must be from 115200 to 12000000 baud",
             ),
-            (
-                Some("radius_mm=5&radius_mm=6&torque_limit_nm=1"),
-                "radius_mm is given twice",
-            ),
-            (
-                Some("radius=5"),
-                "no option `radius=5`; there are radius_mm, torque_limit_nm",
-            ),
-            (Some("radius_mm"), "no option `radius_mm`"),
-            (Some(""), "no option ``"),
+            ("radius_mm=5&radius_mm=6", "radius_mm is given twice"),
+            ("radius=5", "no option `radius=5`; there are radius_mm, torque_limit_nm"),
+            ("radius_mm", "no option `radius_mm`"),
+            ("", "no option ``"),
         ] {
-            let error = ODriveOptions::parse("x", options).expect_err(why);
+            let error = ODriveOptions::parse("x", Some(options)).expect_err(why);
             assert!(error.contains(why), "{error}");
         }
+        let error = ODriveOptions::parse("x", None).expect_err("nothing");
+        assert_eq!(error, "odrive needs radius_mm, from 0.5 to 500 mm, as in radius_mm=5");
     }
 }

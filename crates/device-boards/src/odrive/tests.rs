@@ -9,6 +9,7 @@ use crate::fake::{ODriveBoard, ODriveProperties};
 use device_io::fake::{Hand, HandMotion, Misbehaviour, RigProperties};
 use device_io::protocol::message::{ErrorCode, ErrorReport};
 use device_io::{DeviceError, Motor};
+use std::sync::atomic::Ordering::Relaxed;
 
 fn line_with(options: &str, hand: Hand, properties: ODriveProperties) -> Line {
     let options = ODriveOptions::parse("x", Some(options)).expect("right");
@@ -22,12 +23,10 @@ fn line_with(options: &str, hand: Hand, properties: ODriveProperties) -> Line {
     Line::new(dialect, scale, board, now_ns)
 }
 
+const OPTIONS: &str = "radius_mm=5&torque_limit_nm=0.1";
+
 fn line() -> Line {
-    line_with(
-        "radius_mm=5&torque_limit_nm=0.1",
-        Hand::Free,
-        ODriveProperties::default(),
-    )
+    line_with(OPTIONS, Hand::Free, ODriveProperties::default())
 }
 
 #[test]
@@ -57,24 +56,26 @@ fn force_flows_only_with_watchdog_on_and_while_wanted() {
     assert_eq!((line.board.is_on(), line.board.watchdog()), (false, None));
     line.ticks(1000, 3.0, false);
     assert_eq!(line.board.error(), 0, "no watchdog bites while it idles");
-    assert_eq!(line.count(|counters| &counters.bad_crc), 0);
-    assert_eq!(line.count(|counters| &counters.malformed), 0);
-    assert_eq!(line.count(|counters| &counters.lost), 0);
-    assert_eq!(line.count(|counters| &counters.device_errors), 0);
+    let counters = &line.counters;
+    let wrong = [
+        &counters.bad_crc,
+        &counters.malformed,
+        &counters.lost,
+        &counters.device_errors,
+    ];
+    assert_eq!(wrong.map(|count| count.load(Relaxed)), [0; 4]);
 }
 
 #[test]
 fn direction_option_turns_both_position_and_force() {
     for (direction, sign) in [("1", 1.0), ("-1", -1.0)] {
-        let options = format!("radius_mm=5&torque_limit_nm=0.1&direction={direction}");
+        let options = format!("{OPTIONS}&direction={direction}");
         let mut line = line_with(&options, Hand::Free, ODriveProperties::default());
         let before = line.ticks(100, 0.0, true);
         let sample = line.ticks(500, 3.0, true);
         // 3 N - 0.8 N on 1.4 kg for half a second, and the sample is a tick old.
-        assert!(
-            (0.18..0.2).contains(&sample.position_m),
-            "{sample:?} with direction {direction}"
-        );
+        let is_there = (0.18..0.2).contains(&sample.position_m);
+        assert!(is_there, "{sample:?} with direction {direction}");
         assert_eq!(before.position_m, 0.0);
         assert!(line.board.rig().plant().position_m() * sign > 0.18);
         assert!(sample.sequence > before.sequence + 450);
@@ -95,10 +96,8 @@ fn a_host_that_dies_leaves_no_force() {
     assert!(line.now_ns - began_ns > 45 * MS);
     assert!(line.board.watchdog_has_tripped() && !line.board.is_on());
     // Nothing comes any more: the connection is over.
-    assert_eq!(
-        line.ticks_until_failure(1000, 5.0, true).map(|(_, error)| error),
-        Some(DeviceError::Disconnected)
-    );
+    let (_, error) = line.ticks_until_failure(1000, 5.0, true).expect("it is reported");
+    assert_eq!(error, DeviceError::Disconnected);
 }
 
 #[test]
@@ -133,13 +132,9 @@ fn an_error_of_the_board_alone_is_reported() {
         let (ticks, reported) = line.ticks_until_failure(200, 2.0, true).expect("it is reported");
         assert_eq!(reported, failed(ErrorCode::Other, DC_BUS_OVER_VOLTAGE));
         assert!(ticks <= 60, "{ticks}");
-        assert_eq!(
-            line.counters
-                .last_error()
-                .map(|(error, _)| error.to_string())
-                .as_deref(),
-            Some("the device reported: it reports an error of its own (code 255, detail 4 = 0x4)")
-        );
+        let (error, _) = line.counters.last_error().expect("it is kept");
+        let text = "the device reported: it reports an error of its own (code 255, detail 4 = 0x4)";
+        assert_eq!(error.to_string(), text);
         // The next enabling clears it.
         line.release(30);
         line.ticks(100, 2.0, true);
@@ -171,7 +166,7 @@ fn an_axis_failure_is_reported_as_what_it_is() {
         };
         // Whatever was asked last when it fails.
         for phase in (0..40).step_by(3) {
-            let mut line = line_with("radius_mm=5&torque_limit_nm=0.1", Hand::Free, properties);
+            let mut line = line_with(OPTIONS, Hand::Free, properties);
             line.ticks(100 + phase, 2.0, true);
             assert!(line.board.is_on());
             line.board.fail(bits);
@@ -209,18 +204,10 @@ fn an_axis_that_cannot_close_its_loop_is_reported() {
         calibrated: false,
         ..ODriveProperties::default()
     };
-    let mut line = line_with("radius_mm=5&torque_limit_nm=0.1", Hand::Free, properties);
+    let mut line = line_with(OPTIONS, Hand::Free, properties);
     let (ticks, error) = line.ticks_until_failure(400, 2.0, true).expect("it is reported");
-    assert!(
-        matches!(
-            error,
-            DeviceError::Failed(ErrorReport {
-                code: ErrorCode::Motor,
-                ..
-            })
-        ),
-        "{error}"
-    );
+    let (code, invalid_state) = (ErrorCode::Motor, 1);
+    assert_eq!(error, failed(code, invalid_state));
     assert!(ticks < 50, "{ticks}");
     assert_eq!(line.board.take_largest_force_n(), 0.0);
 }
@@ -242,16 +229,12 @@ fn a_bad_line_loses_samples_and_never_makes_a_wrong_one() {
         amplitude_m: 0.03,
         frequency_hz: 1.0,
     };
-    let mut line = line_with(
-        "radius_mm=5&torque_limit_nm=0.1",
-        Hand::Prescribed(motion.clone()),
-        // As the greeting leaves it: a command that loses its checksum is believed, and the board
-        // must cut it.
-        ODriveProperties {
-            torque_limit_nm: 0.1,
-            ..ODriveProperties::default()
-        },
-    );
+    // As the greeting leaves it: a command that loses its checksum is believed, and the board must cut it.
+    let properties = ODriveProperties {
+        torque_limit_nm: 0.1,
+        ..ODriveProperties::default()
+    };
+    let mut line = line_with(OPTIONS, Hand::Prescribed(motion.clone()), properties);
     line.ticks(50, 1.0, true);
     line.quality.corrupt = 0.05;
     line.quality.loss = 0.05;
@@ -265,10 +248,8 @@ fn a_bad_line_loses_samples_and_never_makes_a_wrong_one() {
         // Where the hand was when it was asked for; after lost answers the time is some ticks off.
         #[expect(clippy::cast_precision_loss, reason = "seconds")]
         let exact = motion.at((sample.time_ns - 1000 * MS) as f64 * 1e-9).0 + 0.03;
-        assert!(
-            (sample.position_m - exact).abs() < 0.19 * 10e-3,
-            "{sample:?} for {exact}"
-        );
+        let apart_m = (sample.position_m - exact).abs();
+        assert!(apart_m < 0.19 * 10e-3, "{sample:?} for {exact}");
         let age_ns = line.now_ns - sample.time_ns;
         oldest_ns = oldest_ns.max(age_ns);
         assert!(line.board.force_n().abs() <= 20.001);
@@ -321,11 +302,8 @@ fn motor_counts_as_off_only_once_axis_confirms() {
         line.board.misbehave(wrong);
         for k in 0..500 {
             if let Ok(sample) = line.tick(0.0, false) {
-                assert_eq!(
-                    sample.motor,
-                    Motor::Enabled,
-                    "{wrong:?} after {k} ms: nothing has confirmed that it is off"
-                );
+                // Nothing has confirmed that it is off.
+                assert_eq!(sample.motor, Motor::Enabled, "{wrong:?} after {k} ms");
             }
         }
         line.board.misbehave(Misbehaviour::Honest);
@@ -344,10 +322,8 @@ fn the_last_word_switches_it_off() {
     line.board.receive(text.as_bytes(), now_ns);
     line.board.live_until(now_ns + 2 * MS);
     assert_eq!((line.board.is_on(), line.board.force_n()), (false, 0.0));
-    assert!(
-        line.board.watchdog().is_some(),
-        "were the word lost, the watchdog would bite"
-    );
+    // Were the word lost, it would bite.
+    assert!(line.board.watchdog().is_some());
 }
 
 #[test]
