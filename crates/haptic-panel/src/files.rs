@@ -115,7 +115,9 @@ impl Files {
         self.what_if_is_over = Arc::clone(&is_over);
         let name = scene.as_ref().map_or("its own scenes", |scene| &scene.name);
         let what = format!("Rendering {name} along {}", path.display());
-        self.writer.work(&what, move || {
+        let writer = self.writer.clone();
+        self.writer.work_unnoticed(move || {
+            writer.report(Update::Busy(what));
             let result = WhatIfTape::render(&path, scene, &is_over).map(Box::new);
             Update::WhatIf { number, result }
         });
@@ -228,16 +230,6 @@ impl Writer {
         progress(None);
         let result = Loaded::read(&path, progress).map(Box::new);
         Update::Opened { path, result }
-    }
-
-    /// Works on a thread of its own, and reports that.
-    fn work(&self, what: &str, work: impl FnOnce() -> Update + Send + 'static) {
-        let writer = self.clone();
-        let what = what.to_owned();
-        self.work_unnoticed(move || {
-            writer.report(Update::Busy(what));
-            work()
-        });
     }
 
     /// Works on a thread of its own.

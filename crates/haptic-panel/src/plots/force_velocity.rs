@@ -463,23 +463,17 @@ mod tests {
 
     #[test]
     fn the_curve_holds_at_rest_and_slides_at_the_kinetic_force() {
-        let curve = curve(&Scene::paper(), 100.0);
-        assert_eq!(curve.first(), Some(&[-100.0, -3.5]));
-        assert_eq!(curve.last(), Some(&[100.0, 3.5]));
-        let lines: Vec<_> = curve.split(|point| point[0].is_nan()).collect();
+        let law = curve(&Scene::paper(), 100.0);
+        assert_eq!(law.first(), Some(&[-100.0, -3.5]));
+        assert_eq!(law.last(), Some(&[100.0, 3.5]));
+        let lines: Vec<_> = law.split(|point| point[0].is_nan()).collect();
         assert_eq!(lines[1], [[0.0, -4.0], [0.0, 4.0]], "it turns back on itself");
         assert!(lines.concat().is_sorted_by(|a, b| a[0] <= b[0]));
-    }
-
-    #[test]
-    fn drag_alone_holds_nothing() {
         let drag = Scene::paper().with_law("viscous").expect("a law").expect("a scene");
-        let curve = curve(&drag, 1000.0);
-        assert_eq!(curve.last(), Some(&[1000.0, 2.0]));
-        assert!(
-            curve
-                .iter()
-                .all(|[velocity, force]| (force - velocity / 500.0).abs() < 1e-9)
-        );
+        let slide = curve(&drag, 1000.0);
+        assert_eq!(slide.last(), Some(&[1000.0, 2.0]));
+        // It holds nothing.
+        let is_drag = |[velocity, force]: &[f64; 2]| (force - velocity / 500.0).abs() < 1e-9;
+        assert!(slide.iter().all(is_drag));
     }
 }

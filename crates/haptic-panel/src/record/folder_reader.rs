@@ -179,16 +179,11 @@ fn length(mut reader: Reader, is_over: &AtomicBool) -> Result<Option<Length>, Re
 mod tests {
     use super::*;
     use crate::record::fixture::metadata;
-    use crate::record::loaded::Loaded;
     use crate::tape::tests::at;
     use haptic_ipc::{Event, SampleY, SamplesEvent};
     use haptic_recording::Metadata;
 
-    fn record(path: &Path, seconds: u32, ends: bool) {
-        record_axes(path, seconds, ends, 1);
-    }
-
-    fn record_axes(path: &Path, seconds: u32, ends: bool, axes: u8) {
+    fn record(path: &Path, seconds: u32, ends: bool, axes: u8) {
         let about = Metadata { axes, ..metadata() };
         let mut recorder = haptic_recording::create(path, &about, false).expect("a file");
         let rows: Vec<_> = (0..=seconds).map(|second| at(f64::from(second))).collect();
@@ -212,23 +207,11 @@ mod tests {
     }
 
     #[test]
-    fn recording_of_two_axes_is_listed_and_opened() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("plane.csv");
-        record_axes(&path, 2, true, 2);
-        let found = listed(folder.path(), &[]);
-        let line = found.last().map(Listed::line);
-        assert_eq!(line.as_deref(), Some("2.0 s, scene simulated friction"));
-        let loaded = Loaded::read(&path, |_| {}).expect("it opens");
-        assert!(loaded.tape.is_plane());
-        assert_eq!(loaded.tape.len(), 3);
-    }
-
-    #[test]
     fn folder_lists_only_its_recordings_with_lengths() {
         let folder = tempfile::tempdir().expect("a folder");
-        record(&folder.path().join("long.csv"), 90, true);
-        record(&folder.path().join("broken.csv"), 3, false);
+        record(&folder.path().join("long.csv"), 90, true, 1);
+        record(&folder.path().join("broken.csv"), 3, false, 1);
+        record(&folder.path().join("plane.csv"), 2, true, 2);
         std::fs::write(folder.path().join("other.csv"), "t,x,f\n0,0,0\n").expect("written");
         std::fs::write(folder.path().join("torn.mcap"), "nothing").expect("written");
         let found = listed(folder.path(), &[]);
@@ -236,14 +219,13 @@ mod tests {
             let mut of = found.iter().filter(|listed| listed.path.ends_with(name));
             of.next_back().map(Listed::line)
         };
-        assert_eq!(
-            line("long.csv").as_deref(),
-            Some("1 min 30 s, scene simulated friction")
-        );
-        assert_eq!(
-            line("broken.csv").as_deref(),
-            Some("3.0 s, broken off, scene simulated friction")
-        );
+        for (name, length) in [
+            ("long.csv", "1 min 30 s"),
+            ("broken.csv", "3.0 s, broken off"),
+            ("plane.csv", "2.0 s"),
+        ] {
+            assert_eq!(line(name), Some(format!("{length}, scene simulated friction")));
+        }
         assert_eq!(line("other.csv"), None);
         assert!(line("torn.mcap").is_some_and(|why| !why.is_empty()));
         // What is known is reported once, and not read again.

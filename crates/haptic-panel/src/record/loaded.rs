@@ -201,7 +201,7 @@ mod tests {
     use super::*;
     use crate::record::fixture::metadata;
     use haptic_core::Parameter;
-    use haptic_ipc::RigState;
+    use haptic_ipc::{JournalEntry, Peer, RigState, StateChange};
 
     fn mark(tick: u64, scene: &Scene) -> Mark {
         Mark::Scene {
@@ -236,110 +236,76 @@ mod tests {
         assert_eq!(opened.lost, 3);
     }
 
-    fn marks_of(tape: &Tape) -> Vec<(f64, &'static str)> {
-        let marks = tape.marks(f64::NEG_INFINITY, f64::INFINITY);
-        marks.map(|(t_s, mark)| (t_s, &*mark.to_string().leak())).collect()
-    }
-
-    fn ten_rows() -> impl Iterator<Item = Sample> {
-        (0..10).map(|tick| Sample {
-            tick,
-            t_s: tick as f64,
-            ..Sample::default()
-        })
-    }
-
-    fn slippery() -> Scene {
-        let scene = Scene::paper().with(&[(Parameter::DynamicForce.into(), 2.5)]);
-        scene.expect("a scene")
-    }
-
     #[test]
-    fn scene_mark_names_the_change_and_state_mark_the_state() {
-        let (rows, slippery) = (ten_rows(), slippery());
+    fn marks_name_changes_and_their_author_where_the_journal_knows() {
+        let scene = Scene::paper().with(&[(Parameter::DynamicForce.into(), 2.5)]);
+        let slippery = scene.expect("a scene");
         let state = |tick, state, fault: Option<&str>| Mark::State {
             tick,
             state,
             fault: fault.map(str::to_owned),
         };
-        let marks = [
+        let alone = [
             mark(2, &slippery),
             state(4, RigState::Engaged, None),
             Mark::Missed { tick: 5, periods: 3 },
             state(6, RigState::Faulted, Some("the device fell silent")),
         ];
-        let Loaded { tape, .. } = Loaded::new("r.csv".into(), metadata(), rows, &marks, Ending::Open);
-        let expected = [
+        let by_ada = |tick, op: &str| JournalEntry {
+            tick: Some(tick),
+            revision: 2,
+            by: Some(Peer {
+                user: Some("ada".into()),
+                program: Some("hapticd".into()),
+                pid: Some(7),
+                ..Peer::default()
+            }),
+            ..JournalEntry::of(op)
+        };
+        let set = JournalEntry {
+            changes: haptic_ipc::differences(&Scene::paper(), &slippery),
+            ..by_ada(2, "set")
+        };
+        let engage = JournalEntry {
+            state: Some(StateChange {
+                before: RigState::Idle,
+                after: RigState::Engaging,
+            }),
+            ..by_ada(4, "engage")
+        };
+        let journal = |entry: JournalEntry| Mark::Journal {
+            tick: entry.tick.expect("it has one"),
+            entry: entry.into(),
+        };
+        let known = [
+            journal(set),
+            mark(2, &slippery),
+            journal(engage),
+            state(4, RigState::Engaging, None),
+            state(5, RigState::Engaged, None),
+        ];
+        let expected_alone: &[_] = &[
             (2.0, "scene simulated friction, karnopp, dynamic_force: 3.5 -> 2.5"),
             (4.0, "engaged"),
             (5.0, "3 periods missed"),
             (6.0, "faulted: the device fell silent"),
         ];
-        assert_eq!(marks_of(&tape), expected);
-    }
-
-    #[test]
-    fn a_mark_says_who_made_the_change_where_the_journal_knows() {
-        let (rows, slippery) = (ten_rows(), slippery());
-        let journal = |tick, text: &str| {
-            let entry: serde_json::Value = serde_json::from_str(text).expect("JSON");
-            let entry = serde_json::from_value(entry).expect("an entry");
-            Mark::Journal { tick, entry }
-        };
-        let by =
-            r#""seq":1,"time_unix_s":0,"by":{"session":"1-1","uid":1000,"user":"ada","pid":7,"program":"hapticd"}"#;
-        let marks = [
-            journal(
-                2,
-                &format!(
-                    r#"{{{by},"tick":2,"op":"set","revision":2,
-                       "changes":[{{"param":"dynamic_force","before":3.5,"after":2.5}}]}}"#
-                ),
-            ),
-            mark(2, &slippery),
-            journal(
-                4,
-                &format!(
-                    r#"{{{by},"tick":4,"op":"engage","revision":2,"state":{{"before":"idle","after":"engaging"}}}}"#
-                ),
-            ),
-            Mark::State {
-                tick: 4,
-                state: RigState::Engaging,
-                fault: None,
-            },
-            Mark::State {
-                tick: 5,
-                state: RigState::Engaged,
-                fault: None,
-            },
-        ];
-        let Loaded { tape, .. } = Loaded::new("r.csv".into(), metadata(), rows, &marks, Ending::Open);
-        let expected = [
-            (2.0, "ada (hapticd, process 7): set, dynamic_force: 3.5 -> 2.5"),
+        let expected_known: &[_] = &[
+            (2.0, "ada (hapticd, process 7): set, dynamic_force: 3.5 N -> 2.5 N"),
             (4.0, "ada (hapticd, process 7): engage, idle -> engaging"),
             (5.0, "engaged"),
         ];
-        assert_eq!(marks_of(&tape), expected);
-    }
-
-    #[test]
-    fn a_marker_is_at_the_first_sample_of_its_tick() {
-        let rows = [100, 101, 103].map(|tick| Sample {
-            tick,
-            t_s: tick as f64 * 1e-3,
-            ..Sample::default()
-        });
-        let marks = [(101, "pull"), (102, "turn"), (999, "end")].map(|(tick, text)| Mark::Marker {
-            tick,
-            text: text.to_owned(),
-        });
-        let Loaded { tape, .. } = Loaded::new("r.csv".into(), metadata(), rows, &marks, Ending::Open);
-        let at: Vec<(f64, &str)> = marks_of(&tape);
-        let of_tick = |tick: u64| tick as f64 * 1e-3;
-        assert_eq!(
-            at,
-            [(of_tick(101), "pull"), (of_tick(103), "turn"), (of_tick(103), "end")]
-        );
+        for (marks, expected) in [(&alone[..], expected_alone), (&known, expected_known)] {
+            let rows = (0..10).map(|tick| Sample {
+                tick,
+                t_s: tick as f64,
+                ..Sample::default()
+            });
+            let Loaded { tape, .. } = Loaded::new("r.csv".into(), metadata(), rows, marks, Ending::Open);
+            let found = tape.marks(f64::NEG_INFINITY, f64::INFINITY);
+            let found: Vec<_> = found.map(|(t_s, mark)| (t_s, mark.to_string())).collect();
+            let expected = expected.iter().map(|(t_s, text)| (*t_s, (*text).to_owned()));
+            assert_eq!(found, expected.collect::<Vec<_>>());
+        }
     }
 }

@@ -53,17 +53,22 @@ impl TapeMark {
             .by
             .as_ref()
             .map_or_else(|| "hapticd".to_owned(), ToString::to_string);
-        let mut parts = vec![entry.op.clone()];
-        parts.extend(entry.state.map(|state| format!("{} -> {}", state.before, state.after)));
-        parts.extend(entry.changes.iter().map(ToString::to_string));
-        parts.extend(entry.message.clone());
         Some(Self {
             tick: entry.tick?,
             kind,
             by: Some(by),
-            text: parts.join(", "),
+            text: in_words(entry),
         })
     }
+}
+
+/// What an entry of the journal says, without time and author.
+pub(crate) fn in_words(entry: &JournalEntry) -> String {
+    let mut parts = vec![entry.op.clone()];
+    parts.extend(entry.state.map(|state| format!("{} -> {}", state.before, state.after)));
+    parts.extend(entry.changes.iter().map(ToString::to_string));
+    parts.extend(entry.message.clone());
+    parts.join(", ")
 }
 
 impl MarkKind {

@@ -22,6 +22,19 @@ pub(crate) fn at(t_s: f64) -> Sample {
     }
 }
 
+/// A tape of one sample a tick, which lasts a millisecond, from a time on, s. The force in the coupling is one of the
+/// time since then, s.
+pub(crate) fn forced(begin_s: f64, ticks: impl IntoIterator<Item = u32>, force: impl Fn(f64) -> f64) -> Tape {
+    Tape::recorded(ticks.into_iter().map(|tick| {
+        let t_s = f64::from(tick) * 1e-3;
+        Sample {
+            tick: tick.into(),
+            coupling_force_n: force(t_s),
+            ..at(begin_s + t_s)
+        }
+    }))
+}
+
 impl Tape {
     /// Chunks that are the same memory in both tapes, and the number of chunks.
     pub(crate) fn shared_chunks(&self, other: &Self) -> (usize, usize) {
@@ -45,19 +58,14 @@ fn only_the_last_minute_of_a_live_rig_is_kept() {
 }
 
 #[test]
-fn a_row_that_is_no_number_is_left_out() {
+fn rows_that_are_no_numbers_and_those_of_another_run_go() {
     let mut tape = Tape::default();
     let mut bad = at(1.0);
     bad.command_force_n = f64::NAN;
     tape.extend([at(0.5), bad, at(f64::INFINITY)]);
     assert_eq!(times(&tape), [0.5]);
-}
-
-#[test]
-fn a_clock_that_begins_anew_clears_the_past() {
-    let mut tape = Tape::default();
-    tape.extend([at(100.0), at(0.001)]);
-    assert_eq!(times(&tape), [0.001]);
+    tape.extend([at(0.001)]);
+    assert_eq!(times(&tape), [0.001], "the clock begins anew");
 }
 
 #[test]
@@ -131,17 +139,13 @@ fn a_part_of_a_tape_is_shared_and_stays_as_it_was() {
     tape.extend((0..70_000).map(|i| at(f64::from(i) * 1e-3)));
     let part = tape.part(30.0, 40.0);
     let whole = tape.clone();
-    assert!(
-        part.oldest_s() <= Some(30.0) && part.oldest_s() > Some(28.0),
-        "{:?}",
-        part.oldest_s()
-    );
-    assert!(
-        part.newest_s() >= Some(40.0) && part.newest_s() < Some(42.0),
-        "{:?}",
-        part.newest_s()
-    );
-    tape.extend((70_000..80_000).map(|i| at(f64::from(i) * 1e-3)));
+    let (oldest_s, newest_s) = ends_of(&part);
+    assert!((28.0..=30.0).contains(&oldest_s), "{oldest_s}");
+    assert!((40.0..42.0).contains(&newest_s), "{newest_s}");
+    tape.extend([at(70.0)]);
+    let (shared, all) = whole.shared_chunks(&tape);
+    assert_eq!((shared, all), (59, 60), "only the last chunk is copied");
+    tape.extend((70_001..80_000).map(|i| at(f64::from(i) * 1e-3)));
     assert_eq!((whole.oldest_s(), whole.newest_s()), (Some(9.999), Some(69.999)));
     assert_eq!(tape.oldest_s(), Some(19.999));
     assert_eq!(tape.part(100.0, 200.0).len(), tape.part(79.999, 79.999).len());
@@ -164,103 +168,77 @@ fn mark_lies_at_the_first_sample_from_its_tick_on() {
     tape.mark(mark(30, "late"));
     tape.mark(mark(10, "early"));
     tape.extend([5, 10, 12].map(row));
-    let marks_of = |tape: &Tape, from_s, to_s| {
-        let marks = tape.marks(from_s, to_s);
-        marks.map(|(t_s, mark)| (t_s, mark.text.clone())).collect::<Vec<_>>()
+    let says = |tape: &Tape, from_s, to_s, expected: &[(f64, &str)], why: &str| {
+        let marks = tape.marks(from_s, to_s).map(|(t_s, mark)| (t_s, &*mark.text));
+        assert_eq!(marks.collect::<Vec<_>>(), expected, "{why}");
     };
-    let [early, late] = ["early", "late"].map(str::to_owned);
-    assert_eq!(
-        marks_of(&tape, 0.0, 99.0),
-        [(10.0, early.clone()), (12.0, late.clone())],
-        "its sample is on its way"
-    );
+    let both = [(10.0, "early"), (12.0, "late")];
+    says(&tape, 0.0, 99.0, &both, "its sample is on its way");
     let frozen = tape.clone();
     tape.extend([40].map(row));
-    assert_eq!(
-        marks_of(&tape, 11.0, 99.0),
-        [(40.0, late.clone())],
-        "the tick was not sampled"
-    );
+    says(&tape, 11.0, 99.0, &[(40.0, "late")], "the tick was not sampled");
     tape.extend([72].map(row));
-    assert_eq!(marks_of(&tape, 0.0, 99.0), [(40.0, late)], "a minute is kept");
-    assert_eq!(
-        marks_of(&frozen, 0.0, 11.0),
-        [(10.0, early)],
-        "a frozen tape keeps its own"
-    );
-}
-
-/// A sample a millisecond from each of these ticks up to another, in which the block sticks.
-fn with_gaps(runs: &[std::ops::Range<u32>]) -> Tape {
-    Tape::recorded(runs.iter().cloned().flatten().map(|tick| Sample {
-        tick: tick.into(),
-        ..at(f64::from(tick) * 1e-3)
-    }))
-}
-
-#[test]
-fn lines_are_broken_where_samples_are_missing() {
-    let tape = with_gaps(&[0..10_000, 10_001..20_000, 25_000..40_000]);
-    let ends = (0.0, 40.0);
-    // By samples, by small buckets and by large ones.
-    for (columns, missing) in [(80_000.0, 2), (1000.0, 1), (200.0, 1), (20.0, 1), (4.0, 0)] {
-        let column_s = 40.0 / columns;
-        let line = tape.outlines(&[Signal::COUPLING_FORCE], ends, column_s).remove(0);
-        let parts: Vec<_> = line.split(|[t_s, _]| t_s.is_nan()).collect();
-        assert_eq!(parts.len(), missing + 1, "{columns} columns");
-        let contacts = tape.contacts(ends, column_s);
-        if let [.., before, after] = parts[..] {
-            let ends = [before.last(), after.first()].map(|point| point.map(|[t_s, _]| *t_s));
-            assert_eq!(ends, [Some(19.999), Some(25.0)], "{columns} columns");
-            assert!(contacts.contains(&(19.999, None)), "{columns} columns");
-        } else {
-            assert!(contacts.iter().all(|(_, slides)| slides.is_some()), "{columns} columns");
-        }
-    }
-}
-
-/// Each tick comes, but the loop stands still for 3 s before one of them.
-#[test]
-fn lines_are_broken_where_the_loop_stood_still() {
-    let tape = Tape::recorded((0..20_000u32).map(|tick| Sample {
-        tick: tick.into(),
-        ..at(f64::from(tick) * 1e-3 + if tick < 10_000 { 0.0 } else { 3.0 })
-    }));
-    let ends = ends_of(&tape);
-    // By samples, and by small buckets; a stall within a column breaks nothing.
-    for (columns, breaks) in [(50_000.0, 1), (1000.0, 1), (4.0, 0)] {
-        let column_s = ends.1 / columns;
-        let line = tape.outlines(&[Signal::COUPLING_FORCE], ends, column_s).remove(0);
-        assert_eq!(
-            line.split(|[t_s, _]| t_s.is_nan()).count(),
-            breaks + 1,
-            "{columns} columns"
-        );
-        let is_known = |(_, slides): &(f64, Option<bool>)| slides.is_some();
-        assert_eq!(tape.contacts(ends, column_s).iter().all(is_known), breaks == 0);
-    }
-    let trail = |stride| tape.pairs_every(stride, false, ends).filter(Option::is_none).count();
-    assert_eq!([1, 10].map(trail), [1, 1]);
+    says(&tape, 0.0, 99.0, &[(40.0, "late")], "a minute is kept");
+    says(&frozen, 0.0, 11.0, &[(10.0, "early")], "a frozen tape keeps its own");
 }
 
 fn ends_of(tape: &Tape) -> (f64, f64) {
     (tape.oldest_s().unwrap_or(0.0), tape.newest_s().unwrap_or(0.0))
 }
 
+/// Each tick comes, but the loop stands still for 3 s before one of them.
+fn stalled() -> Tape {
+    Tape::recorded((0..20_000u32).map(|tick| Sample {
+        tick: tick.into(),
+        ..at(f64::from(tick) * 1e-3 + if tick < 10_000 { 0.0 } else { 3.0 })
+    }))
+}
+
 #[test]
-fn trail_is_broken_where_samples_are_missing() {
-    let breaks = |tape: &Tape, stride| {
-        let ends = ends_of(tape);
-        tape.pairs_every(stride, false, ends).filter(Option::is_none).count()
-    };
-    let tape = with_gaps(&[0..100, 101..200, 250..300]);
-    assert_eq!([1, 10, 100].map(|stride| breaks(&tape, stride)), [2, 1, 0]);
+fn lines_are_broken_where_samples_are_missing_or_late() {
+    let missing = forced(0.0, (0..10_000).chain(10_001..20_000).chain(25_000..40_000), |_| 0.0);
+    // By samples, by small buckets and by large ones; what is shorter than a column breaks nothing.
+    let columns_of_missing: &[_] = &[(80_000.0, 2), (1000.0, 1), (200.0, 1), (20.0, 1), (4.0, 0)];
+    let columns_of_stalled: &[_] = &[(50_000.0, 1), (1000.0, 1), (4.0, 0)];
+    for (tape, gap, columns) in [
+        (missing, [19.999, 25.0], columns_of_missing),
+        (stalled(), [9.999, 13.0], columns_of_stalled),
+    ] {
+        let ends = ends_of(&tape);
+        for (columns, breaks) in columns {
+            let column_s = ends.1 / columns;
+            let line = tape.outlines(&[Signal::COUPLING_FORCE], ends, column_s).remove(0);
+            let parts: Vec<_> = line.split(|[t_s, _]| t_s.is_nan()).collect();
+            assert_eq!(parts.len(), breaks + 1, "{columns} columns");
+            let contacts = tape.contacts(ends, column_s);
+            let is_known = contacts.iter().all(|(_, slides)| slides.is_some());
+            assert_eq!(is_known, *breaks == 0, "{columns} columns");
+            if let [.., before, after] = parts[..] {
+                let ends = [before.last(), after.first()].map(|point| point.map(|[t_s, _]| *t_s));
+                assert_eq!(ends, gap.map(Some), "{columns} columns");
+                assert!(contacts.contains(&(gap[0], None)), "{columns} columns");
+            }
+        }
+    }
+}
+
+#[test]
+fn trail_is_broken_where_samples_are_missing_or_late() {
+    let missing = forced(0.0, (0..100).chain(101..200).chain(250..300), |_| 0.0);
     // Of every tenth tick none is missing.
-    let thinned = Tape::recorded((0..30u32).map(|count| Sample {
-        tick: (10 * count).into(),
-        ..at(f64::from(count))
-    }));
-    assert_eq!([1, 3].map(|stride| breaks(&thinned, stride)), [0, 0]);
+    let thinned = forced(0.0, (0..300).step_by(10), |_| 0.0);
+    for (tape, strides, breaks) in [
+        (missing, [1, 10, 100], [2, 1, 0]),
+        (thinned, [1, 3, 10], [0; 3]),
+        (stalled(), [1, 10, 100], [1; 3]),
+    ] {
+        let trail = |stride| {
+            tape.pairs_every(stride, false, ends_of(&tape))
+                .filter(Option::is_none)
+                .count()
+        };
+        assert_eq!(strides.map(trail), breaks);
+    }
 }
 
 proptest! {

@@ -52,7 +52,7 @@ pub(crate) struct Edit {
     pub(crate) typing: Option<String>,
     /// The field that was drawn last.
     pub(crate) field: Option<Id>,
-    /// Why the daemon refused the last change.
+    /// Why the daemon refused the last change, or why the typed text is not a value, until something else is done.
     pub(super) refusal: Option<String>,
     /// The tick that applied the last change.
     applied_at: Option<u64>,
@@ -92,16 +92,6 @@ impl Edit {
         (self.wanted, self.by) = (Some(value), by);
         self.unsent = true;
         self.refusal = None;
-    }
-
-    /// The user has read the refusal and does something else.
-    pub(crate) fn forget_refusal(&mut self) {
-        self.refusal = None;
-    }
-
-    /// Shows why the typed text is not a value.
-    pub(crate) fn reject(&mut self, message: String) {
-        self.refusal = Some(message);
     }
 
     /// Notes whether the user holds the handle.
@@ -250,11 +240,11 @@ impl ParameterEdits {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// A time of a clock that began somewhere.
-    fn at(s: f64) -> Instant {
+    pub(in crate::tune) fn at(s: f64) -> Instant {
         static BEGIN: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
         *BEGIN.get_or_init(Instant::now) + Duration::from_secs_f64(s)
     }
@@ -340,20 +330,14 @@ mod tests {
         let mut edit = Edit::default();
         edit.change(2.0, EditBy::Once);
         assert_eq!(value(edit.due(at(0.0), false)), Ok(2.0));
-        assert_eq!(edit.shown(1.0), 2.0);
-        assert_eq!(edit.outcome(), Outcome::Pending);
+        assert_eq!((edit.shown(1.0), edit.outcome()), (2.0, Outcome::Pending));
         edit.answered(Err("too much".into()));
-        assert_eq!(edit.outcome(), Outcome::Refused);
-        assert_eq!(edit.shown(1.0), 1.0);
+        assert_eq!((edit.shown(1.0), edit.outcome()), (1.0, Outcome::Refused));
         assert_eq!(edit.refusal.as_deref(), Some("too much"));
-    }
-
-    #[test]
-    fn an_answer_during_a_drag_does_not_move_the_handle() {
-        let mut edit = Edit::default();
+        // An answer during a drag does not move the handle.
         edit.hold(true);
         edit.change(2.0, EditBy::Drag);
-        assert_eq!(value(edit.due(at(0.0), false)), Ok(2.0));
+        assert_eq!(value(edit.due(at(1.0), false)), Ok(2.0));
         edit.answered(Ok(Some(9)));
         assert_eq!((edit.shown(1.0), edit.outcome()), (2.0, Outcome::Applied(9)));
         edit.hold(false);

@@ -1,6 +1,7 @@
 //! The journal: who changed what, and when.
 
 use crate::daemon::Daemon;
+use crate::tape::mark::in_words;
 use egui::{Button, CollapsingHeader, Label, RichText, Ui};
 use haptic_ipc::JournalEntry;
 
@@ -39,13 +40,7 @@ pub(crate) fn line(entry: &JournalEntry) -> String {
         .by
         .as_ref()
         .map_or_else(|| "the daemon".to_owned(), ToString::to_string);
-    let mut parts = vec![format!("{} UTC {by}: {}", clock(entry.time_unix_s), entry.op)];
-    if let Some(state) = &entry.state {
-        parts.push(format!("{} -> {}", state.before, state.after));
-    }
-    parts.extend(entry.changes.iter().map(ToString::to_string));
-    parts.extend(entry.message.clone());
-    parts.join(", ")
+    format!("{} UTC {by}: {}", clock(entry.time_unix_s), in_words(entry))
 }
 
 /// The time of day.

@@ -236,7 +236,7 @@ fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, active
         edit.typing = Some(text);
     }
     if field.changed() || field.gained_focus() {
-        edit.forget_refusal();
+        edit.refusal = None;
     }
     let is_left_by_key = ui.input(|input| input.key_pressed(Key::Enter) || input.key_pressed(Key::Tab));
     if field.lost_focus()
@@ -246,7 +246,7 @@ fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, active
     {
         match quantity::parse(&typed, &about.unit) {
             Ok(value) => edit.change(value, EditBy::Once),
-            Err(why) => edit.reject(why.to_string()),
+            Err(why) => edit.refusal = Some(why.to_string()),
         }
     }
     if field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {

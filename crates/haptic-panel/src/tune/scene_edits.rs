@@ -174,7 +174,7 @@ impl Tuning {
             // A refusal belongs to the scene before.
             self.report.take_if(|report| report.outcome.is_err());
             for (_, edit) in self.parameters.iter_mut().flat_map(ParameterEdits::all_mut) {
-                edit.forget_refusal();
+                edit.refusal = None;
             }
         }
         for name in &change.parameters {

@@ -107,12 +107,7 @@ impl Trial {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A time of a clock that began somewhere.
-    fn at(s: f64) -> Instant {
-        static BEGIN: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
-        *BEGIN.get_or_init(Instant::now) + Duration::from_secs_f64(s)
-    }
+    use crate::tune::edit::tests::at;
 
     fn tried(revisions: &[u64]) -> Trial {
         let mut trial = Trial::default();

@@ -1,6 +1,6 @@
 //! The advice: warnings beside the parameters, their fixes, and the table of all checks.
 
-use crate::bench::{Hands as _, answer, asked, connected, hear, press, refuse, set, value_of};
+use crate::bench::{Hands as _, Panel, answer, asked, connected, hear, press, refuse, set, value_of};
 use crate::scene::informed;
 use egui_kittest::kittest::Queryable;
 use haptic_core::Scene;
@@ -79,11 +79,7 @@ fn several_broken_bounds_are_one_line_that_opens() {
         "the strictest one only"
     );
     press(&mut panel, "3 bounds broken");
-    let height = |bound: &str| {
-        let message = format!("25000 N/m is held against {bound} N/m");
-        panel.get_by_label(&message).rect().top()
-    };
-    assert!(height("16000") < height("20000") && height("20000") < height("100"));
+    assert_eq!(panel.get_all_by_label_contains("is held against").count(), 3);
     press(&mut panel, "set stiffness to 20000 N/m");
     assert_eq!(asked(&mut panel), [set("stiffness", 20_000.0)]);
 }
@@ -129,6 +125,8 @@ fn change_reply_warns_if_the_daemon_lacks_advice() {
 fn every_check_is_in_a_table_at_the_end_of_the_scene() {
     let mut panel = connected(RigState::Engaged);
     assert!(panel.query_by_label_contains("Stability").is_none());
+    let width = |panel: &Panel| panel.get_by_label("mass slider").rect().width();
+    let before = width(&panel);
     let advice = vec![
         check("linear_stability", 20_000.0, Some(20_000.0)),
         check("encoder", 160_000.0, None),
@@ -150,27 +148,18 @@ fn every_check_is_in_a_table_at_the_end_of_the_scene() {
         2,
         "what the value is of"
     );
+    let mut wide = check("encoder", 160_000.0, None);
+    let finding = wide.finding.as_mut().expect("it has one");
+    (finding.value, finding.margin) = (Some(123_456_789_012.0), Some(123_456_789_012.0));
+    hear(&mut panel, advised(1, vec![wide]));
+    panel.get_by_label("Margin");
+    assert_eq!(width(&panel), before, "the table widens nothing");
     let mut without_limit = check("encoder", 160_000.0, None);
     let finding = without_limit.finding.as_mut().unwrap();
     (finding.bound, finding.margin) = (None, None);
     hear(&mut panel, advised(1, vec![without_limit]));
     assert_eq!(panel.query_all_by_label("∞").count(), 2);
     panel.get_by_label("Stability: the bound is kept");
-}
-
-#[test]
-fn the_table_of_checks_widens_nothing_in_the_scene() {
-    let mut panel = connected(RigState::Engaged);
-    panel.set_size(egui::vec2(1280.0, 800.0));
-    let mut wide = check("linear_stability", 140_000.0, Some(1.0));
-    let finding = wide.finding.as_mut().expect("it has one");
-    (finding.value, finding.margin) = (Some(123_456_789_012.0), Some(123_456_789_012.0));
-    hear(&mut panel, advised(1, vec![wide, check("encoder", 160_000.0, None)]));
-    let slider = |panel: &crate::bench::Panel| panel.get_by_label("mass slider").rect().width();
-    let before = slider(&panel);
-    press(&mut panel, "Stability: all 2 bounds kept");
-    panel.get_by_label("Margin");
-    assert_eq!(slider(&panel), before);
 }
 
 #[test]

@@ -14,13 +14,13 @@ use haptic_core::Scene;
 use haptic_ipc::RigState;
 use haptic_panel::{About, DialogPurpose, Format, Intent, Length, Listed, Loaded, Page, RecordingNews, Update};
 use haptic_recording::{Ending, Place, Totals};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug)]
-struct Dropped(std::path::PathBuf);
+struct Dropped(PathBuf);
 
 impl egui::DroppedFile for Dropped {
-    fn path(&self) -> &std::path::Path {
+    fn path(&self) -> &Path {
         &self.0
     }
 
@@ -32,10 +32,10 @@ impl egui::DroppedFile for Dropped {
 #[test]
 fn a_file_that_is_dropped_on_the_window_is_opened() {
     let mut panel = connected(RigState::Engaged);
-    let file = Dropped("/home/ada/r.csv".into());
-    panel.input_mut().dropped_files.push(std::sync::Arc::new(file));
+    let path = PathBuf::from("/home/ada/r.csv");
+    let file = std::sync::Arc::new(Dropped(path.clone()));
+    panel.input_mut().dropped_files.push(file);
     panel.run();
-    let path = std::path::PathBuf::from("/home/ada/r.csv");
     assert_eq!(asked(&mut panel), [Intent::Open { path }]);
 }
 
@@ -52,39 +52,35 @@ fn what_is_seen_is_exported() {
     }
     hear(&mut panel, Update::Exported(Ok("/tmp/plots/haptic-plot-1.svg".into())));
     panel.get_by_label("Written: /tmp/plots/haptic-plot-1.svg");
-    hear(
-        &mut panel,
-        Update::Exported(Err("cannot write /x: no such folder".into())),
-    );
-    panel.get_by_label("cannot write /x: no such folder");
+    let why = "cannot write /x: no such folder";
+    hear(&mut panel, Update::Exported(Err(why.into())));
+    panel.get_by_label(why);
     wait(&mut panel, 10.0);
     press(&mut panel, "close the message");
-    assert!(panel.query_by_label("cannot write /x: no such folder").is_none());
+    assert!(panel.query_by_label(why).is_none());
 }
 
 #[test]
 fn every_path_field_has_a_desktop_dialog_button() {
     let mut panel = connected(RigState::Engaged);
+    let asked_near_plots = |panel: &mut Panel, purpose| {
+        let near = "/tmp/plots".into();
+        assert_eq!(asked(panel), [Intent::Choose { purpose, near }]);
+    };
     for format in Format::ALL {
         press(&mut panel, "Export");
         type_into(&mut panel, "folder to export to", "/tmp/plots");
         press(&mut panel, &format!("export {} as", format.extension().to_uppercase()));
-        let (purpose, near) = (DialogPurpose::Export(format), "/tmp/plots".into());
-        assert_eq!(asked(&mut panel), [Intent::Choose { purpose, near }]);
+        asked_near_plots(&mut panel, DialogPurpose::Export(format));
     }
     press(&mut panel, "Export");
     press(&mut panel, "choose folder to export to");
-    let asked_for_folder = |near: &str| {
-        let (purpose, near) = (DialogPurpose::Folder, near.into());
-        Intent::Choose { purpose, near }
-    };
-    assert_eq!(asked(&mut panel), [asked_for_folder("/tmp/plots")]);
+    asked_near_plots(&mut panel, DialogPurpose::Folder);
     let mut panel = at_page(panel, Page::Record);
     press(&mut panel, "choose folder");
-    assert_eq!(asked(&mut panel), [asked_for_folder("/tmp/plots")]);
+    asked_near_plots(&mut panel, DialogPurpose::Folder);
     press(&mut panel, "choose recording");
-    let (purpose, near) = (DialogPurpose::Recording, "/tmp/plots".into());
-    assert_eq!(asked(&mut panel), [Intent::Choose { purpose, near }]);
+    asked_near_plots(&mut panel, DialogPurpose::Recording);
     hear(
         &mut panel,
         Update::DialogClosed(Ok(Some((DialogPurpose::Folder, "/home/ada".into())))),
@@ -114,50 +110,22 @@ fn every_path_field_has_a_desktop_dialog_button() {
 }
 
 #[test]
-fn read_share_is_shown_until_the_recording_is_open() {
-    let mut panel = at_page(connected(RigState::Engaged), Page::Record);
-    let path = PathBuf::from("/home/ada/r.mcap");
-    let share = Some(0.42);
-    hear(
-        &mut panel,
-        Update::Reading {
-            path: path.clone(),
-            share,
-        },
-    );
-    panel.get_by_label("share of r.mcap that is read");
-    let result = Err("cannot open it".into());
-    hear(&mut panel, Update::Opened { path, result });
-    assert!(panel.query_by_label("share of r.mcap that is read").is_none());
-}
-
-#[test]
 fn a_recording_shows_its_length_and_size_until_it_is_ended() {
     let mut panel = at_page(connected(RigState::Engaged), Page::Record);
-    let (path, totals) = (
-        std::path::PathBuf::from("/home/ada/r.csv"),
-        Totals {
-            lost: 2,
-            bytes: 1_810_000,
-            length_s: 12.3,
-            ..Totals::default()
-        },
-    );
-    let going = RecordingNews::Going {
-        path: path.clone(),
-        totals,
+    let path = PathBuf::from("/home/ada/r.csv");
+    let totals = Totals {
+        lost: 2,
+        bytes: 1_810_000,
+        length_s: 12.3,
+        ..Totals::default()
     };
-    hear(&mut panel, Update::Recording(going));
+    let of = path.clone();
+    hear(&mut panel, Update::Recording(RecordingNews::Going { path: of, totals }));
     panel.get_by_label("Recording /home/ada/r.csv: 12.3 s, 1.8 MB, 2 samples missing");
     press(&mut panel, "End recording");
     assert_eq!(asked(&mut panel), [Intent::EndRecording]);
-    hear(
-        &mut panel,
-        Update::Recording(RecordingNews::Ended {
-            path: path.clone(),
-            totals,
-        }),
-    );
+    let of = path.clone();
+    hear(&mut panel, Update::Recording(RecordingNews::Ended { path: of, totals }));
     panel.get_by_label_contains("Recorded /home/ada/r.csv");
     panel.get_by_label("Record");
     assert_eq!(
@@ -178,22 +146,27 @@ fn a_recording_shows_its_length_and_size_until_it_is_ended() {
 #[test]
 fn a_recording_is_looked_at_without_a_daemon() {
     let mut panel = at_page(panel(), Page::Record);
-    let (file, share) = (PathBuf::from("/home/ada/r.csv"), Some(0.5));
-    let reading = Update::Reading { path: file, share };
+    let path = PathBuf::from("/home/ada/r.csv");
+    let reading = Update::Reading {
+        path: path.clone(),
+        share: Some(0.42),
+    };
+    let share = "share of r.csv that is read";
     assert!(panel.query_by_label("Stop").is_some());
-    hear(&mut panel, reading);
+    hear(&mut panel, reading.clone());
+    panel.get_by_label(share);
     assert!(panel.query_by_label("Stop").is_none(), "while it is being read, too");
     type_into(&mut panel, "recording to open", "/home/ada/r.csv");
     press(&mut panel, "Open recording");
-    let path = std::path::PathBuf::from("/home/ada/r.csv");
     assert_eq!(asked(&mut panel), [Intent::Open { path: path.clone() }]);
     let ending = Ending::BrokenOff {
         place: Place::Line(90_005),
         bytes: 7,
     };
     let loaded = Loaded::new(path.clone(), metadata(), rows(0..90_000, |_| 1.0), &[], ending);
-    let result = Ok(Box::new(loaded));
-    hear(&mut panel, Update::Opened { path, result });
+    let (opened, result) = (path.clone(), Ok(Box::new(loaded)));
+    hear(&mut panel, Update::Opened { path: opened, result });
+    assert!(panel.query_by_label(share).is_none());
     panel.get_by_label("Force plot");
     lose_the_daemon(&mut panel);
     panel.get_by_label("No daemon");
@@ -209,14 +182,10 @@ fn a_recording_is_looked_at_without_a_daemon() {
     panel.get_by_label("Stop");
     press(&mut panel, "Close recording");
     assert!(panel.query_by_label("Force plot").is_none());
-    let refused = Err("cannot open /x: it is no recording".to_owned());
-    hear(
-        &mut panel,
-        Update::Opened {
-            path: "/x".into(),
-            result: refused,
-        },
-    );
+    hear(&mut panel, reading);
+    let result = Err("cannot open /x: it is no recording".to_owned());
+    hear(&mut panel, Update::Opened { path, result });
+    assert!(panel.query_by_label(share).is_none());
     panel.get_by_label("cannot open /x: it is no recording");
 }
 

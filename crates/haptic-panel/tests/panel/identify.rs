@@ -4,13 +4,14 @@ use crate::bench::{
     Hands as _, Panel, answer, answer_of, asked, at_page, choose_item, connected, hear, in_state, is_enabled,
     lose_the_daemon, panel, press, refuse, type_into, wait,
 };
+use crate::plot_list::difference;
 use crate::plots::{feel, rows};
 use crate::rig::status;
 use crate::scene::active_scene;
 use egui::Key;
 use egui_kittest::kittest::{NodeT, Queryable};
-use haptic_core::Scene;
-use haptic_ipc::{ChangeReply, Difference, ErrorCode, LeaseReply, RigState, SceneSaveReply};
+use haptic_core::{Directional, Scene};
+use haptic_ipc::{ChangeReply, ErrorCode, LeaseReply, RigState, SceneSaveReply};
 use haptic_lab::identify::ModelKind;
 use haptic_lab::identify::record_file::MovingMass;
 use haptic_panel::{Answer, Files, Found, Intent, Page, Question, Update};
@@ -54,6 +55,11 @@ fn ask_for(panel: &mut Panel, path: &Path) -> (u64, Question) {
         choose_item(panel, list, item);
     }
     type_into(panel, "position gain to identify with", "0.001");
+    ask(panel)
+}
+
+/// Asks. Returns number and question.
+fn ask(panel: &mut Panel) -> (u64, Question) {
     press(panel, "Identify");
     match asked(panel).pop() {
         Some(Intent::Identify { number, question }) => (number, *question),
@@ -61,11 +67,23 @@ fn ask_for(panel: &mut Panel, path: &Path) -> (u64, Question) {
     }
 }
 
+/// The answer of a thread of its own, with its number.
+fn identified(files: &Files) -> (u64, Result<Box<Found>, String>) {
+    answer_of(files, |update| match update {
+        Update::Identified { number, result } => Some((number, result)),
+        _ => None,
+    })
+}
+
 /// What is found in [`foreign`].
 static FOUND: LazyLock<Found> = LazyLock::new(|| {
     let folder = tempfile::tempdir().expect("a folder");
     let (_, question) = ask_for(&mut at_page(panel(), Page::Identify), &foreign(folder.path()));
-    question.answer(&mut |_| ControlFlow::Continue(())).expect("an answer")
+    let mut files = Files::new(|_| {});
+    files.identify(7, question);
+    let (number, found) = identified(&files);
+    assert_eq!(number, 7);
+    *found.expect("an answer")
 });
 
 /// A panel with the answer.
@@ -138,11 +156,14 @@ fn plots_of_the_fit_are_inside_the_smallest_window() {
 }
 
 #[test]
-fn columns_gains_and_moving_mass_are_chosen() {
+fn columns_gains_and_what_is_known_are_given() {
     let mut panel = at_page(panel(), Page::Identify);
+    type_into(&mut panel, "mass to identify with", "500 g");
+    type_into(&mut panel, "offset to identify with", "0");
+    choose_item(&mut panel, "model", "LuGre");
     ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
     press(&mut panel, "cancel identification");
-    asked(&mut panel);
+    assert_eq!(asked(&mut panel), [Intent::CancelIdentify]);
     choose_item(&mut panel, "velocity column", "Weg");
     type_into(&mut panel, "force gain to identify with", "9.81");
     choose_item(&mut panel, "moving mass", "the device");
@@ -150,32 +171,19 @@ fn columns_gains_and_moving_mass_are_chosen() {
     press(&mut panel, "The rig, as seen");
     assert!(panel.query_by_label("velocity column").is_none());
     press(&mut panel, "A file");
-    press(&mut panel, "Identify");
-    let Some(Intent::Identify { question, .. }) = asked(&mut panel).pop() else {
-        panic!("nothing is asked");
-    };
+    let (_, question) = ask(&mut panel);
+    let options = &question.options;
+    assert_eq!(
+        (options.model, options.mass_kg, options.offset_n),
+        (ModelKind::Lugre, Some(0.5), Some(0.0))
+    );
     let source = question.file().expect("a file");
     assert_eq!(source.table.columns.velocity.as_deref(), Some("Weg"));
     assert_eq!(
         (source.table.force_gain, source.moving),
         (Some(9.81), MovingMass::Device)
     );
-}
-
-#[test]
-fn what_is_known_is_given_and_a_number_that_is_none_is_named() {
-    let mut panel = at_page(panel(), Page::Identify);
-    type_into(&mut panel, "mass to identify with", "500 g");
-    type_into(&mut panel, "offset to identify with", "0");
-    choose_item(&mut panel, "model", "LuGre");
-    let (_, question) = ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
-    let options = &question.options;
-    assert_eq!(
-        (options.model, options.mass_kg, options.offset_n),
-        (ModelKind::Lugre, Some(0.5), Some(0.0))
-    );
     press(&mut panel, "cancel identification");
-    assert_eq!(asked(&mut panel), [Intent::CancelIdentify]);
     type_into(&mut panel, "mass to identify with", "heavy");
     panel.get_by_label_contains("Mass: `heavy` is not a finite number");
     assert!(!is_enabled(&panel, "Identify"));
@@ -191,10 +199,7 @@ fn visible_rig_samples_are_identified_and_refusal_explained() {
     hear(&mut panel, Update::Status(Ok(Box::new(status()))));
     panel.get_by_label("There is no sample in sight");
     feel(&mut panel, &rows(0..2000, |_| 1.0));
-    press(&mut panel, "Identify");
-    let Some(Intent::Identify { number, question }) = asked(&mut panel).pop() else {
-        panic!("nothing is asked")
-    };
+    let (number, question) = ask(&mut panel);
     assert_eq!(
         (question.file(), question.origin().as_str()),
         (None, "what is seen of the rig, 2.0 s")
@@ -209,26 +214,17 @@ fn visible_rig_samples_are_identified_and_refusal_explained() {
     press(&mut panel, "Cursors");
     press(&mut panel, "Identify page");
     asked(&mut panel);
-    press(&mut panel, "Identify");
-    let Some(Intent::Identify { question: between, .. }) = asked(&mut panel).pop() else {
-        panic!("nothing is asked")
-    };
+    let (_, between) = ask(&mut panel);
     assert_eq!(between.origin(), "what is between the cursors at the rig, 0.3 s");
 }
 
 fn changed(revision: u64, dry_run: bool) -> Answer {
-    let change = Difference {
-        param: "mass".to_owned(),
-        unit: None,
-        before: None,
-        after: None,
-    };
     Answer::Changed(ChangeReply {
         revision,
         changed: !dry_run,
         tick: Some(1),
         dry_run,
-        changes: vec![change],
+        changes: vec![difference("mass", "kg", 0.5, Directional::both(1.0))],
         ..ChangeReply::default()
     })
 }
@@ -315,17 +311,17 @@ fn identified_scene_is_saved_and_replaces_only_on_request() {
     panel.get_by_label_contains("The library has a scene bench already");
     press(&mut panel, "Replace bench");
     let intent = asked(&mut panel).pop().expect("it is asked");
-    assert!(
+    let replaces = |intent: &Intent| {
         matches!(
-            &intent,
+            intent,
             Intent::Save {
                 replace: true,
                 scene: Some(_),
                 ..
             }
-        ),
-        "{intent:?}"
-    );
+        )
+    };
+    assert!(replaces(&intent), "{intent:?}");
     let reply = SceneSaveReply {
         name: "bench".to_owned(),
         path: "/scenes/bench.toml".to_owned(),
@@ -341,21 +337,13 @@ fn identified_scene_is_saved_and_replaces_only_on_request() {
 }
 
 #[test]
-fn file_is_identified_on_its_own_thread_and_can_be_cancelled() {
+fn identification_on_its_own_thread_can_be_cancelled() {
     let folder = tempfile::tempdir().expect("a folder");
     let (_, question) = ask_for(&mut at_page(panel(), Page::Identify), &foreign(folder.path()));
     let mut files = Files::new(|_| {});
-    let found = |files: &Files| {
-        answer_of(files, |update| match update {
-            Update::Identified { number, result } => Some((number, result)),
-            _ => None,
-        })
-    };
-    files.identify(7, question.clone());
-    assert!(matches!(found(&files), (7, Ok(_))));
     files.identify(8, question);
     files.cancel_identify();
-    let (8, Err(why)) = found(&files) else {
+    let (8, Err(why)) = identified(&files) else {
         panic!("it is given up")
     };
     assert!(why.contains("cancelled"), "{why}");

@@ -1,15 +1,13 @@
 //! The library of scenes: the list, saving, and the comparison with the active scene.
 
 use crate::advice::{advised, check};
-use crate::bench::{Hands as _, Panel, answer, asked, choose_item, enter, hear, press, refuse, state_event, type_into};
+use crate::bench::{Hands as _, Panel, answer, asked, choose_item, enter, hear, press, refuse, state_event};
+use crate::plot_list::difference;
 use crate::scene::{changed, informed};
 use egui::Key;
 use egui_kittest::kittest::Queryable;
 use haptic_core::Directional;
-use haptic_ipc::{
-    Difference, ErrorCode, Event, ListedScene, RigState, SceneDiffReply, SceneListReply, SceneRef, SceneSaveReply,
-    Value,
-};
+use haptic_ipc::{ErrorCode, Event, ListedScene, RigState, SceneDiffReply, SceneListReply, SceneRef, SceneSaveReply};
 use haptic_panel::{Answer, Intent, Update};
 
 /// A scene of the library.
@@ -53,13 +51,23 @@ fn the_library_is_loaded_from_and_saved_to() {
 
     panel.get_by_label("name to save as").scroll_to_me();
     panel.run();
-    type_into(&mut panel, "name to save as", "mine");
-    press(&mut panel, "save scene");
+    panel.focus_on("name to save as");
+    panel.hit(Key::Enter);
+    assert_eq!(crate::bench::asked(&mut panel), [], "there is no name yet");
+    enter(&mut panel, "name to save as", "mine");
     let save = |replace| Intent::Save {
         name: "mine".into(),
         replace,
         scene: None,
     };
+    assert_eq!(crate::bench::asked(&mut panel), [save(false)]);
+    let scenes = ["first", "mine"].map(listed).into();
+    hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
+    assert!(
+        panel.get_by_label("name to save as").is_focused(),
+        "and not what now stands in its place"
+    );
+    press(&mut panel, "save scene");
     assert_eq!(crate::bench::asked(&mut panel), [save(false)]);
     refuse(&mut panel, save(false), ErrorCode::SceneExists, "there is one");
     panel.get_by_label("The library has a scene mine already: save under another name, or replace it");
@@ -71,33 +79,6 @@ fn the_library_is_loaded_from_and_saved_to() {
     };
     answer(&mut panel, save(true), Answer::Saved(saved));
     panel.get_by_label("Saved as mine (/scenes/mine.toml)");
-}
-
-#[test]
-fn enter_saves_under_the_name_that_was_typed() {
-    let mut panel = informed();
-    press(&mut panel, "Save, compare");
-    panel.get_by_label("name to save as").scroll_to_me();
-    panel.run();
-    panel.focus_on("name to save as");
-    panel.hit(Key::Enter);
-    assert_eq!(asked(&mut panel), [], "there is no name yet");
-    enter(&mut panel, "name to save as", "mine");
-    let save = Intent::Save {
-        name: "mine".into(),
-        replace: false,
-        scene: None,
-    };
-    assert_eq!(asked(&mut panel), [save]);
-    assert!(panel.get_by_label("name to save as").is_focused());
-    for names in [["first"].as_slice(), &["first", "mine"]] {
-        let scenes = names.iter().map(|name| listed(name)).collect();
-        hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
-        assert!(
-            panel.get_by_label("name to save as").is_focused(),
-            "and not what now stands in its place"
-        );
-    }
 }
 
 #[test]
@@ -133,21 +114,14 @@ fn what_is_under_the_pointer_stays_there_when_the_scene_changes() {
 
 /// Answers a comparison: the static force is `force` N in the active scene.
 fn differs(intent: Intent, force: f64) -> Update {
-    let difference = Difference {
-        param: "static_force".into(),
-        unit: Some("N".into()),
-        before: Some(Value::Number(Directional::both(4.0))),
-        after: Some(Value::Number(Directional {
-            positive: force,
-            negative: 3.0,
-        })),
+    let after = Directional {
+        positive: force,
+        negative: 3.0,
     };
-    Update::Answered {
-        intent,
-        result: Ok(Answer::Differs(SceneDiffReply {
-            differences: vec![difference],
-        })),
-    }
+    let difference = difference("static_force", "N", 4.0, after);
+    let differences = vec![difference];
+    let result = Ok(Answer::Differs(SceneDiffReply { differences }));
+    Update::Answered { intent, result }
 }
 
 fn of_revision(revision: u64) -> Update {
@@ -194,10 +168,7 @@ fn the_active_scene_is_compared_and_again_when_it_changes() {
 
     press(&mut panel, "keep as A");
     let (third, _) = compared(&mut panel);
-    answer(
-        &mut panel,
-        third,
-        Answer::Differs(SceneDiffReply { differences: vec![] }),
-    );
+    let none = SceneDiffReply { differences: vec![] };
+    answer(&mut panel, third, Answer::Differs(none));
     panel.get_by_label("Revision 3 (active) does not differ from A");
 }

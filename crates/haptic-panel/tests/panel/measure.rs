@@ -1,8 +1,8 @@
 //! What is measured on the plots, and two runs over one another.
 
-use crate::bench::{Hands as _, Panel, choose_item, connected, enter, hear, item_of, press, press_item, type_into};
+use crate::bench::{Hands as _, Panel, choose_item, connected, enter, hear, item_of, press, press_item};
 use crate::metadata::metadata;
-use crate::plots::{drag, feel, rows, svg, wheel};
+use crate::plots::{drag, feel, number_of, rows, svg, usual_plots, wheel};
 use crate::scene::active_scene;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -53,7 +53,7 @@ fn three_plots_fit_under_two_cursors_in_a_low_window() {
     open(&mut panel, "a.csv", rows(0..1000, step), &[]);
     press(&mut panel, "Cursors");
     panel.run();
-    let plots = ["Force plot", "Position plot", "Velocity plot"].map(|plot| panel.get_by_label(plot).rect());
+    let plots = usual_plots(&panel);
     let below = panel.get_by_label("overview").rect().top();
     assert!(
         plots.iter().all(|plot| plot.height() > 50.0 && plot.bottom() < below),
@@ -77,8 +77,7 @@ fn statistics_cover_what_is_seen_and_between_the_cursors() {
         panel.get_by_label(&format!("Force on the hand {column} {value}"));
     }
     press(&mut panel, "Cursors");
-    type_into(&mut panel, "cursor 1", "0.4");
-    panel.hit(Key::Tab);
+    enter(&mut panel, "cursor 1", "0.4");
     enter(&mut panel, "cursor 2", "0.6");
     panel.get_by_label("0.2000 s between the cursors");
     for value in ["mean 4.00", "rms 4.00", "p-p 0", "over none", "settle none"] {
@@ -145,8 +144,7 @@ fn reference_recording_aligns_at_a_mark_or_a_crossing() {
     let aligned = |panel: &Panel| {
         let text = label(panel, "minus the reference: rms");
         assert!(text.contains("peak 0.500 N at 0.6000 s"), "{text}");
-        let shift = panel.get_by_label("shift of the reference");
-        let shift_s = shift.accesskit_node().numeric_value().expect("a number");
+        let shift_s = number_of(panel, "shift of the reference");
         assert!((shift_s - 0.1).abs() < 1e-9, "{shift_s}");
     };
     press(&mut panel, "Compare");
@@ -193,6 +191,10 @@ fn any_signal_is_drawn_against_any_other_over_any_time() {
     open(&mut panel, "a.csv", (0..5000).map(moving).collect(), &[]);
     press_item(&mut panel, "Force against velocity");
     panel.get_by_label("Force against velocity plot");
+    assert!(
+        panel.query_by_label("Force plot").is_none(),
+        "a narrow window shows one"
+    );
     choose_item(&mut panel, "horizontal signal", "Device position");
     choose_item(&mut panel, "vertical signal", "Block velocity");
     panel.get_by_label("Block velocity against device position plot");
@@ -212,14 +214,14 @@ fn any_signal_is_drawn_against_any_other_over_any_time() {
     assert_eq!(axis(&panel), (false, false), "zoomed to some millimetres around 25 mm");
     drag(&mut panel, plot.center(), egui::vec2(-plot.width() / 3.0, 0.0));
     press(&mut panel, "Cursors");
-    type_into(&mut panel, "cursor 1", "0.1");
-    panel.hit(Key::Tab);
+    enter(&mut panel, "cursor 1", "0.1");
     enter(&mut panel, "cursor 2", "1.1");
     panel.get_by_label("Cursor 1: 1.000 mm, 0 N; cursor 2: 11.00 mm, 4.000 N; difference 10.00 mm, 4.000 N");
     choose_item(&mut panel, "samples drawn", "Between cursors");
     choose_item(&mut panel, "horizontal signal", "Block velocity");
     panel.get_by_label("Force against velocity plot");
     assert!(svg(&panel).contains(">Law<"));
+    press(&mut panel, "Zoom to the stick band");
 }
 
 const CIRCLE: &str = "Coupling force against device position plot";
@@ -249,15 +251,7 @@ fn dragged_cursor_dot_stays_on_its_turn_of_the_trail() {
     press_item(&mut panel, "Force against velocity");
     choose_item(&mut panel, "horizontal signal", "Device position");
     press(&mut panel, "Cursors");
-    let cursors = |panel: &Panel| {
-        ["cursor 1", "cursor 2"].map(|field| {
-            panel
-                .get_by_label(field)
-                .accesskit_node()
-                .numeric_value()
-                .expect("a time")
-        })
-    };
+    let cursors = |panel: &Panel| ["cursor 1", "cursor 2"].map(|field| number_of(panel, field));
     // In the last second alone the first cursor is before all that is drawn, which is a whole turn as well.
     for extent in ["Last second", "Between cursors", "All in sight"] {
         choose_item(&mut panel, "samples drawn", extent);

@@ -106,6 +106,11 @@ fn plane_shows_positions_and_force_on_equal_scales() {
     }
     panel.get_by_label("Hand 18.0, 24.0 mm; block 17.4, 23.2 mm");
     panel.get_by_label("5.00 N towards 143°, sliding");
+    let picture = svg(&panel);
+    for text in ["Hand and block", "Coupling force", "Fs 4.00 N", "Workspace", "x (mm)"] {
+        assert!(picture.contains(text), "{text}");
+    }
+    assert!(!picture.contains("NaN") && !picture.contains("Time from"));
     let circle = lines(&panel, 129)[0];
     assert!((circle.width() - circle.height()).abs() < 0.5, "{circle}");
     let workspace = lines(&panel, 5)[0];
@@ -158,8 +163,8 @@ fn force_clipped_by_its_length_is_marked_in_the_plot() {
 }
 
 #[test]
-fn readouts_and_table_hold_both_axes() {
-    let panel = on_plane();
+fn readouts_samples_table_spectrum_and_trail_hold_both_axes() {
+    let mut panel = on_plane();
     for text in ["5.00", "18.0, 24.0", "17.4, 23.2", "Sliding"] {
         panel.get_by_label(text);
     }
@@ -170,22 +175,6 @@ fn readouts_and_table_hold_both_axes() {
     let last: Vec<&str> = lines.next_back().expect("rows").split(',').collect();
     let y: f64 = last[SAMPLE_COLUMNS.len()].parse().expect("a number");
     assert!((y - 0.024).abs() < 1e-9 && last.len() == SAMPLE_COLUMNS.len() + SAMPLE_Y_COLUMNS.len());
-}
-
-#[test]
-fn plane_is_exported_with_round_circles() {
-    let mut panel = on_plane();
-    press(&mut panel, "Plane page");
-    let svg = svg(&panel);
-    for text in ["Hand and block", "Coupling force", "Fs 4.00 N", "Workspace", "x (mm)"] {
-        assert!(svg.contains(text), "{text}");
-    }
-    assert!(!svg.contains("NaN") && !svg.contains("Time from"));
-}
-
-#[test]
-fn table_and_spectrum_are_of_both_axes() {
-    let mut panel = on_plane();
     press(&mut panel, "Statistics");
     panel.get_by_label("Block velocity, y (mm/s)");
     press(&mut panel, "Spectrum");
@@ -193,11 +182,6 @@ fn table_and_spectrum_are_of_both_axes() {
     for line in ["Force on the hand, x", "Force on the hand, y"] {
         panel.get_by_label(line);
     }
-}
-
-#[test]
-fn force_against_velocity_of_a_plane_is_in_lengths() {
-    let mut panel = on_plane();
     press(&mut panel, "Force against velocity");
     panel.get_by_label("Force against velocity plot");
     let svg = svg(&panel);

@@ -88,14 +88,15 @@ fn plots_are_added_moved_and_removed() {
     press(&mut panel, "add energy plot");
     // 2 N over 0.34 mm.
     assert!(svg(&panel).contains(">Energy (mJ)<"));
-    press(&mut panel, "signals of the Position plot");
-    press(&mut panel, "Move up");
-    assert!(top_of(&panel, "Position plot") < top_of(&panel, "Force plot"));
-    press(&mut panel, "signals of the Position plot");
-    press(&mut panel, "Move down");
-    assert!(top_of(&panel, "Force plot") < top_of(&panel, "Position plot"));
-    press(&mut panel, "signals of the Position plot");
-    press(&mut panel, "Move up");
+    for (button, first, second) in [
+        ("Move up", "Position plot", "Force plot"),
+        ("Move down", "Force plot", "Position plot"),
+        ("Move up", "Position plot", "Force plot"),
+    ] {
+        press(&mut panel, "signals of the Position plot");
+        press(&mut panel, button);
+        assert!(top_of(&panel, first) < top_of(&panel, second), "{button}");
+    }
     press(&mut panel, "Plots");
     press(&mut panel, "Usual plots");
     assert!(top_of(&panel, "Force plot") < top_of(&panel, "Position plot"));
@@ -127,7 +128,17 @@ fn the_names_of_the_lines_and_the_numbers_of_time_hide_nothing() {
     assert!(plot.right() + 12.0 <= area.right(), "the last number is cut");
 }
 
-fn by_ada(op: &str, tick: u64) -> JournalEntry {
+/// A change of a parameter that was even.
+pub(crate) fn difference(param: &str, unit: &str, before: f64, after: Directional) -> Difference {
+    Difference {
+        param: param.into(),
+        unit: Some(unit.into()),
+        before: Some(Value::Number(Directional::both(before))),
+        after: Some(Value::Number(after)),
+    }
+}
+
+pub(crate) fn by_ada(op: &str, tick: u64) -> JournalEntry {
     JournalEntry {
         seq: tick,
         tick: Some(tick),
@@ -145,12 +156,7 @@ fn by_ada(op: &str, tick: u64) -> JournalEntry {
 fn time_axis_flags_scene_and_state_changes_with_author() {
     let mut panel = felt(0..2000, |_| 1.0);
     let set = JournalEntry {
-        changes: vec![Difference {
-            param: "static_force".into(),
-            unit: Some("N".into()),
-            before: Some(Value::Number(Directional::both(4.0))),
-            after: Some(Value::Number(Directional::both(5.0))),
-        }],
+        changes: vec![difference("static_force", "N", 4.0, Directional::both(5.0))],
         ..by_ada("set", 1000)
     };
     let released = JournalEntry {
@@ -257,12 +263,7 @@ fn a_plot_that_stands_still_has_an_overview_that_moves_it() {
         "it is never scrolled away: {bar:?}"
     );
     let middle = bar.center();
-    panel.hover_at(middle);
-    panel.run();
-    panel.drag_at(middle);
-    panel.run();
-    panel.drop_at(middle);
-    panel.run();
+    drag(&mut panel, middle, egui::Vec2::ZERO);
     let (from, to) = csv_times(&panel);
     assert!((from - 7.5).abs() < 0.2 && (to - 12.5).abs() < 0.2, "{from} to {to}");
     drag(&mut panel, middle, egui::vec2(-bar.width() / 4.0, 0.0));
@@ -287,17 +288,13 @@ fn copied(panel: &mut Panel) -> Option<String> {
 #[test]
 fn a_change_is_copied_as_a_command() {
     let mut panel = connected(RigState::Engaged);
+    let after = Directional {
+        positive: 5.0,
+        negative: 3.0,
+    };
     let set = JournalEntry {
         ramp_ms: Some(200.0),
-        changes: vec![Difference {
-            param: "static_force".into(),
-            unit: Some("N".into()),
-            before: Some(Value::Number(Directional::both(4.0))),
-            after: Some(Value::Number(Directional {
-                positive: 5.0,
-                negative: 3.0,
-            })),
-        }],
+        changes: vec![difference("static_force", "N", 4.0, after)],
         ..by_ada("set", 1000)
     };
     hear(&mut panel, Update::Event(Event::Log(Box::new(set))));

@@ -1,4 +1,4 @@
-//! The plots: freeze, move, trigger and measure.
+//! The plots: where they stand, how they are zoomed and moved, their trigger and their cursors.
 
 use crate::bench::{
     Hands as _, Panel, choose_item, connected, enter, find_another_daemon, hear, lose_the_daemon, press, sample,
@@ -56,8 +56,19 @@ pub(crate) fn csv_times(panel: &Panel) -> (f64, f64) {
     (milliseconds(times[0]), milliseconds(times[times.len() - 1]))
 }
 
+/// The number in a field.
+pub(crate) fn number_of(panel: &Panel, field: &str) -> f64 {
+    let field = panel.get_by_label(field).accesskit_node();
+    field.numeric_value().expect("a number")
+}
+
+/// Where the usual plots are.
+pub(crate) fn usual_plots(panel: &Panel) -> [egui::Rect; 3] {
+    ["Force plot", "Position plot", "Velocity plot"].map(|plot| panel.get_by_label(plot).rect())
+}
+
 #[test]
-fn stacked_plots_align_left_and_right_at_any_size() {
+fn plots_align_and_lie_one_below_the_other_at_any_size() {
     for size in [(1024.0, 640.0), (1280.0, 800.0), (1920.0, 1080.0)] {
         let mut panel = connected(RigState::Engaged);
         panel.set_size(size.into());
@@ -68,12 +79,21 @@ fn stacked_plots_align_left_and_right_at_any_size() {
             ..row
         });
         feel(&mut panel, &far.collect::<Vec<_>>());
-        let plots = ["Force plot", "Position plot", "Velocity plot"].map(|plot| panel.get_by_label(plot).rect());
+        // What takes room from them.
+        hear(&mut panel, Update::Event(Event::Timing(Box::new(timing(vec![])))));
+        press(&mut panel, "Histograms");
+        press(&mut panel, "Cursors");
+        choose_item(&mut panel, "trigger", "Auto");
+        choose_item(&mut panel, "trigger", "Normal");
+        let plots = usual_plots(&panel);
         for plot in plots {
             let apart = (plot.left() - plots[0].left(), plot.right() - plots[0].right());
             assert!(apart.0.abs() < 0.01 && apart.1.abs() < 0.01, "{size:?}: {plots:?}");
+            assert!(plot.height() >= 50.0, "{size:?}: {plot:?}");
         }
         assert!(plots[0].left() > 0.0 && plots[0].width() > 100.0, "{size:?}: {plots:?}");
+        let is_below = |above: &egui::Rect, plot: &egui::Rect| above.bottom() <= plot.top();
+        assert!(plots.is_sorted_by(is_below), "{size:?}: {plots:?}");
     }
 }
 
@@ -98,10 +118,7 @@ fn last_data_before_daemon_loss_stays_visible_and_exportable() {
 #[test]
 fn plots_are_zoomed_and_moved_by_button_and_by_pointer() {
     let mut panel = felt(0..20_000, |_| 1.0);
-    let seen_s = |panel: &Panel| {
-        let field = panel.get_by_label("time seen");
-        field.accesskit_node().numeric_value().expect("a number")
-    };
+    let seen_s = |panel: &Panel| number_of(panel, "time seen");
     press(&mut panel, "zoom in");
     assert!((seen_s(&panel) - 5.0 / 1.5).abs() < 1e-9);
     press(&mut panel, "back to 5 s");
@@ -156,18 +173,14 @@ pub(crate) fn drag(panel: &mut Panel, from: egui::Pos2, offset: egui::Vec2) {
 /// The ends of the force axis, as the menu has them.
 fn force_axis(panel: &mut Panel) -> (f64, f64) {
     press(panel, "Axes");
-    let [low, high] = ["lower", "upper"].map(|end| {
-        let label = format!("force axis {end} end");
-        let field = panel.get_by_label(&label);
-        field.accesskit_node().numeric_value().expect("a number")
-    });
+    let ends = ["lower", "upper"].map(|end| number_of(panel, &format!("force axis {end} end")));
     panel.key_press(Key::Tab);
     press(panel, "Axes");
-    (low, high)
+    ends.into()
 }
 
 #[test]
-fn value_axis_is_zoomed_moved_typed_and_fitted() {
+fn value_axis_is_zoomed_and_moved_by_its_numbers() {
     let mut panel = felt(0..20_000, |ms| if ms % 2 == 0 { 4.0 } else { -4.0 });
     let fitted = force_axis(&mut panel);
     assert!(fitted.0 < -4.0 && fitted.1 > 4.0, "{fitted:?}");
@@ -185,35 +198,26 @@ fn value_axis_is_zoomed_moved_typed_and_fitted() {
         moved.0 > zoomed.0 && moved.1 > zoomed.1,
         "{moved:?}: greater values come into sight"
     );
-
-    press(&mut panel, "Axes");
-    type_into(&mut panel, "force axis lower end", "3.9");
-    panel.hit(Key::Tab);
-    press(&mut panel, "Axes");
-    assert_eq!(force_axis(&mut panel).0, 3.9);
-
-    press(&mut panel, "Axes");
-    press(&mut panel, "Fit force");
-    press(&mut panel, "Axes");
-    assert_eq!(force_axis(&mut panel), fitted);
 }
 
 #[test]
 fn each_axis_is_typed_and_fitted_by_its_own_controls() {
     let mut panel = felt(0..5000, |ms| f64::from(ms) * 1e-3);
-    for name in ["position", "velocity"] {
-        let end = |panel: &Panel, end: &str| value_of(panel, &format!("{name} axis {end} end"));
-        press(&mut panel, "Axes");
-        let fitted = end(&panel, "upper");
-        enter(&mut panel, &format!("{name} axis upper end"), "77");
-        press(&mut panel, "Axes");
-        press(&mut panel, "Axes");
-        assert_ne!(end(&panel, "upper"), fitted, "{name}");
-        press(&mut panel, &format!("Fit {name}"));
-        press(&mut panel, "Axes");
-        press(&mut panel, "Axes");
-        assert_eq!(end(&panel, "upper"), fitted, "{name}");
-        press(&mut panel, "Axes");
+    for name in ["force", "position", "velocity"] {
+        for (end, typed) in [("lower", "-77"), ("upper", "77")] {
+            let field = format!("{name} axis {end} end");
+            press(&mut panel, "Axes");
+            let fitted = value_of(&panel, &field);
+            enter(&mut panel, &field, typed);
+            press(&mut panel, "Axes");
+            press(&mut panel, "Axes");
+            assert!(value_of(&panel, &field).starts_with(typed), "{field}");
+            press(&mut panel, &format!("Fit {name}"));
+            press(&mut panel, "Axes");
+            press(&mut panel, "Axes");
+            assert_eq!(value_of(&panel, &field), fitted, "{field}");
+            press(&mut panel, "Axes");
+        }
     }
 }
 
@@ -244,10 +248,6 @@ fn a_half_typed_number_changes_nothing_until_enter_or_tab() {
     choose_item(&mut panel, "trigger", "Normal");
     press(&mut panel, "Cursors");
     press(&mut panel, "Save, compare");
-    let number = |panel: &Panel, field: &str| {
-        let field = panel.get_by_label(field).accesskit_node();
-        field.numeric_value().expect("a number")
-    };
     for field in [
         "time seen",
         "cursor 1",
@@ -256,63 +256,31 @@ fn a_half_typed_number_changes_nothing_until_enter_or_tab() {
         "pre-trigger share",
         "ramp",
     ] {
-        let before = number(&panel, field);
+        let before = number_of(&panel, field);
         type_into(&mut panel, field, "12.5");
-        assert_eq!(number(&panel, field), before, "{field}: not while it is typed");
+        assert_eq!(number_of(&panel, field), before, "{field}: not while it is typed");
         panel.click_on("Tune page");
         assert!(!panel.get_by_label(field).is_focused());
-        assert_eq!(number(&panel, field), before, "{field}: a click elsewhere drops it");
+        assert_eq!(number_of(&panel, field), before, "{field}: a click elsewhere drops it");
         for (key, typed) in [(Key::Enter, 12.5), (Key::Tab, 7.25)] {
             type_into(&mut panel, field, &typed.to_string());
             panel.hit(key);
-            assert!((number(&panel, field) - typed).abs() < 1e-9, "{field}: {key:?}");
+            assert!((number_of(&panel, field) - typed).abs() < 1e-9, "{field}: {key:?}");
         }
         type_into(&mut panel, field, "3");
         panel.hit(Key::Escape);
-        assert!((number(&panel, field) - 7.25).abs() < 1e-9, "{field}: a stop");
+        assert!((number_of(&panel, field) - 7.25).abs() < 1e-9, "{field}: a stop");
     }
 }
 
 #[test]
-fn cursors_that_are_out_of_sight_are_fetched_by_their_button() {
+fn cursors_show_the_time_and_the_change_between_them() {
     let mut panel = felt(0..20_000, |ms| f64::from(ms) * 1e-3);
-    press(&mut panel, "Freeze");
-    press(&mut panel, "Cursors");
-    for _ in 0..8 {
-        press(&mut panel, "earlier");
-    }
     press(&mut panel, "Cursors");
     panel.get_by_label("dt 1.6667 s, 1/dt 0.6000 Hz");
     panel.get_by_label("Force on the hand +1.667 N");
     press(&mut panel, "Cursors");
     assert!(panel.query_by_label_contains("1/dt").is_none());
-}
-
-#[test]
-fn plots_do_not_lie_over_one_another_in_the_smallest_window() {
-    let mut panel = felt(0..6000, |ms| f64::from(ms) * 1e-3);
-    hear(&mut panel, Update::Event(Event::Timing(Box::new(timing(vec![])))));
-    press(&mut panel, "Histograms");
-    press(&mut panel, "Cursors");
-    choose_item(&mut panel, "trigger", "Auto");
-    choose_item(&mut panel, "trigger", "Normal");
-    let plots = ["Force plot", "Position plot", "Velocity plot"].map(|plot| panel.get_by_label(plot).rect());
-    for (place, plot) in plots.iter().enumerate() {
-        assert!(plot.height() >= 50.0, "{plot:?}");
-        assert!(
-            plots[..place].iter().all(|above| above.bottom() <= plot.top()),
-            "{plots:?}"
-        );
-    }
-}
-
-#[test]
-fn narrow_window_replaces_time_plots_with_force_over_velocity() {
-    let mut panel = felt(0..3000, |_| 1.0);
-    press(&mut panel, "Force against velocity");
-    panel.get_by_label("Force against velocity plot");
-    assert!(panel.query_by_label("Force plot").is_none());
-    press(&mut panel, "Zoom to the stick band");
 }
 
 /// The same for wake-ups and ticks.

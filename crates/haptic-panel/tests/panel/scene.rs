@@ -5,13 +5,14 @@ use crate::bench::{
     press, press_item, refuse, set, state_event, type_into, wait,
 };
 use crate::library::listed;
+use crate::plot_list::{by_ada, difference};
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::friction::LAWS;
 use haptic_core::{Directional, Parameter, Scene};
 use haptic_ipc::{
-    ChangeReply, Description, Difference, ErrorCode, Event, JournalEntry, ParameterDescription, Peer, RigState,
-    SceneListReply, SceneRef, SceneReply, Value, params_of,
+    ChangeReply, Description, ErrorCode, Event, JournalEntry, ParameterDescription, RigState, SceneListReply, SceneRef,
+    SceneReply, params_of,
 };
 use haptic_panel::{Answer, Intent, Update};
 use std::time::{Duration, Instant};
@@ -60,21 +61,25 @@ fn the_whole_list_of_laws_is_in_sight() {
     }
 }
 
+/// The scene whose loading was asked for, by its name in the request.
+fn loading(panel: &mut Panel) -> (String, Scene, Intent) {
+    let mut asked = asked(panel);
+    let Some(Intent::Load {
+        what,
+        scene: SceneRef::Scene(scene),
+        ..
+    }) = asked.first().filter(|_| asked.len() == 1)
+    else {
+        panic!("{asked:?}");
+    };
+    (what.clone(), scene.clone().on(None), asked.remove(0))
+}
+
 /// Chooses a law, and has the daemon do it. Returns the scene that was asked for.
 fn turn_to_law(panel: &mut Panel, law: &str, revision: u64) -> Scene {
     press(panel, "friction law");
     press(panel, law);
-    let asked = asked(panel);
-    let [
-        Intent::Load {
-            scene: SceneRef::Scene(scene),
-            ..
-        },
-    ] = asked.as_slice()
-    else {
-        panic!("{asked:?}");
-    };
-    let scene = scene.clone().on(None);
+    let (_, scene, _) = loading(panel);
     let mut event = state_event(RigState::Engaged, 100 * revision);
     (event.revision, event.law, event.params) = (revision, law.to_owned(), params_of(&scene));
     hear(panel, Update::Event(Event::State(event)));
@@ -155,21 +160,12 @@ fn undo_and_redo_show_depth_and_author_of_last_change() {
     hear(&mut panel, of_depth(3, 1));
     let entry = JournalEntry {
         time_unix_s: 1_700_000_000.9,
-        by: Some(Peer {
-            user: Some("ada".into()),
-            ..Peer::default()
-        }),
-        changes: vec![Difference {
-            param: "mass".into(),
-            unit: Some("kg".into()),
-            before: Some(Value::Number(Directional::both(0.5))),
-            after: Some(Value::Number(Directional::both(1.0))),
-        }],
-        ..JournalEntry::of("set")
+        changes: vec![difference("mass", "kg", 0.5, Directional::both(1.0))],
+        ..by_ada("set", 7)
     };
     hear(&mut panel, Update::Event(Event::Log(Box::new(entry))));
     press(&mut panel, "Changes");
-    panel.get_by_label("22:13:20 UTC ada: set, mass: 0.5 kg -> 1 kg");
+    panel.get_by_label("22:13:20 UTC ada (haptic-ctl, process 7): set, mass: 0.5 kg -> 1 kg");
     press(&mut panel, "undo");
     press(&mut panel, "redo");
     assert_eq!(asked(&mut panel), [Intent::Undo, Intent::Redo]);
@@ -231,28 +227,13 @@ fn two_scenes_are_kept_and_switched_between() {
     press(&mut panel, "keep as B");
     panel.get_by_label("From A to B: mass: 0.5 kg -> 2 kg");
     press(&mut panel, "switch between A and B");
-    let asked = asked(&mut panel);
-    let [
-        Intent::Load {
-            what,
-            scene: SceneRef::Scene(scene),
-            ..
-        },
-    ] = asked.as_slice()
-    else {
-        panic!("{asked:?}");
-    };
-    assert_eq!((what.as_str(), scene.clone().on(None)), ("A", Scene::paper()));
-    let to_a = asked[0].clone();
+    let (what, scene, to_a) = loading(&mut panel);
+    assert_eq!((what.as_str(), scene), ("A", Scene::paper()));
     hear(&mut panel, active_scene(3, &Scene::paper()));
     hear(&mut panel, changed(to_a, 3));
     panel.get_by_label("Loaded A at tick 1003");
     press(&mut panel, "switch between A and B");
-    let asked = crate::bench::asked(&mut panel);
-    assert!(
-        matches!(asked.as_slice(), [Intent::Load { what, .. }] if what == "B"),
-        "{asked:?}"
-    );
+    assert_eq!(loading(&mut panel).0, "B");
 }
 
 #[test]
@@ -308,22 +289,14 @@ fn a_try_lasts_two_seconds_of_the_systems_clock_whoever_asks() {
     panel.get_by_label("Trying: goes back by itself");
     hear(&mut panel, changed(take_back, 8));
     assert!(panel.query_by_label("Trying: goes back by itself").is_none());
-}
-
-#[test]
-fn a_try_that_somebody_has_overtaken_stays_and_says_so() {
-    let mut panel = informed();
-    press(&mut panel, "try");
-    enter(&mut panel, "mass value", "2");
-    hear(&mut panel, changed(set("mass", 2.0), 7));
+    // Somebody overtakes the next one: it stays, and that is said.
+    enter(&mut panel, "mass value", "3");
+    hear(&mut panel, changed(set("mass", 3.0), 9));
     wait(&mut panel, 2.5);
-    refuse(
-        &mut panel,
-        Intent::TakeBack { revision: 7 },
-        ErrorCode::Conflict,
-        "the newest revision is 8",
-    );
-    panel.get_by_label("the try stays: the newest revision is 8");
+    let back = Intent::TakeBack { revision: 9 };
+    assert_eq!(asked(&mut panel), [set("mass", 3.0), back.clone()]);
+    refuse(&mut panel, back, ErrorCode::Conflict, "the newest revision is 10");
+    panel.get_by_label("the try stays: the newest revision is 10");
 }
 
 #[test]
@@ -333,11 +306,7 @@ fn lists_are_used_by_keyboard_alone() {
     panel.hit(Key::Enter);
     panel.focus_on("dahl");
     panel.hit(Key::Enter);
-    let asked = crate::bench::asked(&mut panel);
-    assert!(
-        matches!(asked.as_slice(), [Intent::Load { what, .. }] if what == "law dahl"),
-        "{asked:?}"
-    );
+    assert_eq!(loading(&mut panel).0, "law dahl");
     assert!(panel.query_by_label("dahl").is_none(), "a choice closes the list");
     assert!(panel.get_by_label("friction law").is_focused());
 }

@@ -92,6 +92,16 @@ fn ask(panel: &mut Panel, item: &str) -> (u64, PathBuf, Option<SceneFile>) {
     }
 }
 
+/// What a thread of its own makes of a question.
+fn rendered(number: u64, path: PathBuf, scene: Option<SceneFile>) -> (u64, Result<Box<WhatIfTape>, String>) {
+    let mut files = Files::new(|_| {});
+    files.what_if(number, path, scene);
+    answer_of(&files, |update| match update {
+        Update::WhatIf { number, result } => Some((number, result)),
+        _ => None,
+    })
+}
+
 fn stickier() -> Scene {
     let scene = Scene::paper().with(&[("Fd".parse().expect("a parameter"), 9.0)]);
     Scene {
@@ -113,7 +123,7 @@ fn what_if_of_the_edited_scene_is_drawn_over_the_recording() {
     let (number, path, scene) = ask(&mut panel, "what if: active scene");
     assert_eq!(scene, Some(stickier().into()));
     panel.get_by_label("Cancel what-if");
-    let result = WhatIfTape::render(&path, scene, &AtomicBool::new(false)).map(Box::new);
+    let (number, result) = rendered(number, path, scene);
     // The answer to another question is not shown.
     let other = Update::WhatIf {
         number: number + 1,
@@ -138,7 +148,7 @@ fn what_if_of_a_plane_is_drawn_by_its_parts() {
     let path = recorded(2, folder.path());
     let mut panel = looking_at(&path, &stickier());
     let (number, path, scene) = ask(&mut panel, "what if: active scene");
-    let result = WhatIfTape::render(&path, scene, &AtomicBool::new(false)).map(Box::new);
+    let (number, result) = rendered(number, path, scene);
     hear(&mut panel, Update::WhatIf { number, result });
     panel.get_by_label_contains("What if sticky: 9.");
     let svg = svg(&panel);
@@ -161,7 +171,7 @@ fn recording_is_replayed_without_a_daemon() {
     press(&mut panel, "What if...");
     let (number, path, scene) = ask(&mut panel, "what if: own scenes");
     assert_eq!(scene, None);
-    let result = WhatIfTape::render(&path, None, &AtomicBool::new(false)).map(Box::new);
+    let (number, result) = rendered(number, path, None);
     hear(&mut panel, Update::WhatIf { number, result });
     panel.get_by_label_contains("Replay of 1000 ticks: the force differs by up to");
     press(&mut panel, "Hide what-if");
@@ -244,24 +254,11 @@ fn cancelled_what_if_shows_nothing_and_failed_one_its_reason() {
     assert!(panel.query_by_label_contains("given up").is_none());
     let (number, _, scene) = ask(&mut panel, "what if: active scene");
     let gone = folder.path().join("gone.csv");
-    let result = WhatIfTape::render(&gone, scene, &AtomicBool::new(false)).map(Box::new);
+    let (number, result) = rendered(number, gone, scene);
     hear(&mut panel, Update::WhatIf { number, result });
     panel.get_by_label_contains("gone.csv");
     panel.get_by_label("What if...");
     ask(&mut panel, "what if: active scene");
     press(&mut panel, "Close recording");
     assert_eq!(asked(&mut panel), [Intent::CancelWhatIf]);
-}
-
-#[test]
-fn a_rendering_is_done_by_a_thread_of_its_own() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = recorded(1, folder.path());
-    let mut files = Files::new(|_| {});
-    files.what_if(7, path, Some(stickier().into()));
-    let result = answer_of(&files, |update| match update {
-        Update::WhatIf { number, result } => Some((number, result)),
-        _ => None,
-    });
-    assert!(matches!(result, (7, Ok(_))), "{result:?}");
 }

@@ -70,25 +70,14 @@ pub(crate) fn difference(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tape::tests::at;
-    use haptic_ipc::Sample;
-
-    fn tape(begin_s: f64, count: u32, force: impl Fn(f64) -> f64) -> Tape {
-        Tape::recorded((0..count).map(|ms| {
-            let t_s = f64::from(ms) * 1e-3;
-            Sample {
-                coupling_force_n: force(t_s),
-                ..at(begin_s + t_s)
-            }
-        }))
-    }
+    use crate::tape::tests::forced;
 
     #[test]
     fn difference_across_clocks_has_known_rms_and_peak() {
         let ramp = |t_s: f64| 10.0 * t_s;
-        let reference = tape(500.0, 1000, ramp);
+        let reference = forced(500.0, 0..1000, ramp);
         // Half a millisecond off the reference's samples, 1 N more, and one sample that is 5 N more.
-        let run = tape(7.0005, 998, |t_s| {
+        let run = forced(7.0005, 0..998, |t_s| {
             ramp(t_s + 0.0005) + if (t_s - 0.4).abs() < 1e-6 { 5.0 } else { 1.0 }
         });
         let found = difference(&run, &reference, 7.0 - 500.0, Signal::COUPLING_FORCE, (0.0, 100.0)).expect("both");

@@ -149,19 +149,7 @@ impl Spectrum {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tape::tests::at;
-    use haptic_ipc::Sample;
-
-    fn tape(ticks: impl Iterator<Item = u32>, force: impl Fn(f64) -> f64) -> Tape {
-        Tape::recorded(ticks.map(|tick| {
-            let t_s = f64::from(tick) * 1e-3;
-            Sample {
-                tick: tick.into(),
-                coupling_force_n: force(t_s),
-                ..at(t_s)
-            }
-        }))
-    }
+    use crate::tape::tests::forced;
 
     fn of(tape: &Tape, scaling: Scaling) -> Result<Spectrum, String> {
         Spectrum::of(tape, Signal::COUPLING_FORCE, 0.0, 1e9, scaling)
@@ -169,7 +157,7 @@ mod tests {
 
     #[test]
     fn a_sine_has_its_amplitude_at_its_frequency_and_no_mean() {
-        let tape = tape(0..2000, |t_s| 7.0 + 3.0 * (TAU * 50.0 * t_s).sin());
+        let tape = forced(0.0, 0..2000, |t_s| 7.0 + 3.0 * (TAU * 50.0 * t_s).sin());
         let spectrum = of(&tape, Scaling::Amplitude).expect("a spectrum");
         let (frequency_hz, height) = spectrum.peak().expect("a peak");
         assert!(
@@ -184,7 +172,7 @@ mod tests {
     /// Parseval: the density adds up to the mean square, 3^2 / 2.
     #[test]
     fn the_density_of_a_sine_adds_up_to_its_mean_square() {
-        let tape = tape(0..2000, |t_s| 3.0 * (TAU * 50.0 * t_s).sin());
+        let tape = forced(0.0, 0..2000, |t_s| 3.0 * (TAU * 50.0 * t_s).sin());
         let spectrum = of(&tape, Scaling::Density).expect("a spectrum");
         let power: f64 = spectrum.values.iter().sum::<f64>() * spectrum.step_hz;
         assert!((power - 4.5).abs() < 1e-6, "{power}");
@@ -192,14 +180,14 @@ mod tests {
 
     #[test]
     fn missing_samples_and_too_few_or_too_many_are_reported() {
-        let gap = of(&tape((0..500).chain(510..1000), |_| 1.0), Scaling::Amplitude).expect_err("a gap");
+        let gap = of(&forced(0.0, (0..500).chain(510..1000), |_| 1.0), Scaling::Amplitude).expect_err("a gap");
         assert!(gap.contains("missing 0.499 s"), "{gap}");
-        let few = of(&tape(0..10, |_| 1.0), Scaling::Amplitude).expect_err("too few");
+        let few = of(&forced(0.0, 0..10, |_| 1.0), Scaling::Amplitude).expect_err("too few");
         assert!(few.starts_with("10 samples"), "{few}");
-        let many = of(&tape(0..300_000, |_| 1.0), Scaling::Amplitude).expect_err("too many");
+        let many = of(&forced(0.0, 0..300_000, |_| 1.0), Scaling::Amplitude).expect_err("too many");
         assert!(many.contains("262144 at most"), "{many}");
         // Every tenth tick is as even as every one.
-        let thinned = tape((0..1000).map(|place| 10 * place), |t_s| 3.0 * (TAU * 20.0 * t_s).sin());
+        let thinned = forced(0.0, (0..10_000).step_by(10), |t_s| 3.0 * (TAU * 20.0 * t_s).sin());
         let (frequency_hz, _) = of(&thinned, Scaling::Amplitude)
             .expect("a spectrum")
             .peak()

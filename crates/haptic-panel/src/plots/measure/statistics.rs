@@ -84,18 +84,7 @@ fn step(tape: &Tape, signal: Signal, (from_s, to_s): (f64, f64), least: f64, gre
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tape::tests::at;
-    use haptic_ipc::Sample;
-
-    fn tape(count: u32, force: impl Fn(f64) -> f64) -> Tape {
-        Tape::recorded((0..count).map(|ms| {
-            let t_s = f64::from(ms) * 1e-3;
-            Sample {
-                coupling_force_n: force(t_s),
-                ..at(t_s)
-            }
-        }))
-    }
+    use crate::tape::tests::forced;
 
     fn of(tape: &Tape, from_s: f64, to_s: f64) -> Statistics {
         Statistics::of(tape, Signal::COUPLING_FORCE, from_s, to_s).expect("samples")
@@ -104,14 +93,16 @@ mod tests {
     #[test]
     fn a_constant_signal_makes_no_step() {
         for force_n in [0.0, 0.1, -3.3, 1e6 / 3.0] {
-            let tape = tape(1000, |_| force_n);
+            let tape = forced(0.0, 0..1000, |_| force_n);
             assert_eq!(of(&tape, 0.0, 1.0).step, None, "{force_n}");
         }
     }
 
     #[test]
     fn a_sine_over_whole_periods_has_its_known_mean_and_rms() {
-        let tape = tape(5000, |t_s| 1.0 + 2.0 * (std::f64::consts::TAU * 10.0 * t_s).sin());
+        let tape = forced(0.0, 0..5000, |t_s| {
+            1.0 + 2.0 * (std::f64::consts::TAU * 10.0 * t_s).sin()
+        });
         let found = of(&tape, 0.0, 4.9995);
         assert!((found.mean - 1.0).abs() < 1e-9, "{found:?}");
         // The mean square of a constant and a sine: 1 + 2^2 / 2.
@@ -130,8 +121,8 @@ mod tests {
             let fades = (-ratio * omega * t_s).exp();
             3.0 - 2.0 * fades * ((damped * t_s).cos() + ratio * omega / damped * (damped * t_s).sin())
         };
-        for (sign, shift) in [(1.0, 0.0), (-1.0, 0.0)] {
-            let tape = tape(2000, |t_s| sign * response(t_s) + shift);
+        for sign in [1.0, -1.0] {
+            let tape = forced(0.0, 0..2000, |t_s| sign * response(t_s));
             let step = of(&tape, 0.0, 2.0).step.expect("a step");
             let overshoot = (-std::f64::consts::PI * ratio / (1.0 - ratio * ratio).sqrt()).exp();
             assert!((step.overshoot - overshoot).abs() < 1e-3, "{step:?}: {overshoot}");
@@ -143,7 +134,11 @@ mod tests {
                 "{settling_s}, {envelope_s}"
             );
         }
-        let ringing = tape(1000, |t_s| if t_s < 0.01 { 0.0 } else { 5.0 + (300.0 * t_s).sin() });
+        let ringing = forced(
+            0.0,
+            0..1000,
+            |t_s| if t_s < 0.01 { 0.0 } else { 5.0 + (300.0 * t_s).sin() },
+        );
         assert_eq!(of(&ringing, 0.0, 1.0).step.expect("a step").settling_s, None);
     }
 }

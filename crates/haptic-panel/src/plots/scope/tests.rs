@@ -57,17 +57,6 @@ fn plots_run_until_they_are_moved() {
 }
 
 #[test]
-fn sample_after_a_freeze_copies_only_the_last_chunk() {
-    let mut bench = Bench::running();
-    bench.freeze();
-    let (shared, all) = bench.tape().shared_chunks(bench.tapes.live());
-    assert_eq!((shared, all), (20, 20));
-    bench.extend(&[at(20.001)]);
-    assert_eq!(bench.tape().shared_chunks(bench.tapes.live()), (19, 20));
-    assert_eq!(bench.tape().newest_s(), Some(20.0));
-}
-
-#[test]
 fn samples_stay_after_disconnect_until_new_ones_arrive() {
     let mut bench = Bench::running();
     bench.tapes.end_live();

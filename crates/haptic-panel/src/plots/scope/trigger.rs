@@ -292,6 +292,8 @@ mod tests {
     struct TestRig {
         trigger: Trigger,
         tape: Tape,
+        /// The force along the second axis, if there is one.
+        y: Option<fn(u32) -> f64>,
     }
 
     impl TestRig {
@@ -304,20 +306,28 @@ mod tests {
             Self {
                 trigger,
                 tape: Tape::default(),
+                y: None,
             }
         }
 
         fn feel(&mut self, from_ms: u32, to_ms: u32, force: impl Fn(u32) -> f64) {
-            let rows: Vec<_> = (from_ms..to_ms)
-                .map(|ms| {
-                    let mut row = at(f64::from(ms) * 1e-3);
-                    row.command_force_n = force(ms);
-                    row
+            let row = |ms: u32| Sample {
+                command_force_n: force(ms),
+                ..at(f64::from(ms) * 1e-3)
+            };
+            let y = |ms| {
+                let force = self.y?;
+                Some(SampleY {
+                    command_force_n: force(ms),
+                    ..SampleY::default()
                 })
-                .collect();
-            for batch in rows.chunks(10) {
-                self.tape.extend(batch.iter().copied());
-                self.trigger.look(batch, self.tape.oldest_s(), SPAN_S);
+            };
+            let ticks: Vec<_> = (from_ms..to_ms).map(|ms| (row(ms), y(ms))).collect();
+            for batch in ticks.chunks(10) {
+                self.tape.extend_ticks(batch.iter().copied());
+                let rows: Vec<_> = batch.iter().map(|(row, _)| *row).collect();
+                let rows = self.trigger.rows_of(&rows, &self.tape);
+                self.trigger.look(&rows, self.tape.oldest_s(), SPAN_S);
                 self.trigger.catch(&self.tape, SPAN_S);
             }
         }
@@ -346,30 +356,12 @@ mod tests {
 
     #[test]
     fn second_axis_and_length_fire_by_themselves() {
-        for (component, expected_ms) in [(Component::Y, 600.0), (Component::Length, 800.0)] {
-            let mut trigger = Trigger {
-                share_before: 0.25,
-                component,
-                level: if component == Component::Y { 3.0 } else { 6.0 },
-                ..Trigger::default()
-            };
-            trigger.set_mode(Mode::Single);
-            let mut tape = Tape::default();
-            for ms in 0..1700 {
-                let mut row = at(f64::from(ms) * 1e-3);
-                row.command_force_n = if ms < 800 { 0.0 } else { -5.0 };
-                let y = SampleY {
-                    command_force_n: if ms < 600 { 0.0 } else { 5.0 },
-                    ..SampleY::default()
-                };
-                tape.extend_ticks([(row, Some(y))]);
-                let rows = [row];
-                let seen = trigger.rows_of(&rows, &tape);
-                trigger.look(&seen, tape.oldest_s(), SPAN_S);
-                trigger.catch(&tape, SPAN_S);
-            }
-            let caught_ms = trigger.caught().map(|caught| (caught.t_s * 1e3).round());
-            assert_eq!(caught_ms, Some(expected_ms), "{component:?}");
+        for (component, level, at_ms) in [(Component::Y, 3.0, 600.0), (Component::Length, 6.0, 800.0)] {
+            let mut rig = TestRig::new(Mode::Single);
+            rig.y = Some(|ms| if ms < 600 { 0.0 } else { 5.0 });
+            (rig.trigger.component, rig.trigger.level) = (component, level);
+            rig.feel(0, 1700, |ms| if ms < 800 { 0.0 } else { -5.0 });
+            assert_eq!(rig.caught_ms(), Some(at_ms), "{component:?}");
         }
     }
 
