@@ -92,16 +92,11 @@ impl<M: Moving> Surface for M {
     }
 
     fn shown(&self) -> VisibleState {
-        let BlockState {
-            position,
-            velocity,
-            contact,
-            ..
-        } = Moving::state(self);
+        let state = Moving::state(self);
         VisibleState {
-            position,
-            velocity,
-            contact,
+            position: state.position,
+            velocity: state.velocity,
+            contact: state.contact,
         }
     }
 

@@ -387,19 +387,6 @@ fn a_motor_is_an_alarm_only_where_it_stays_on_without_force() {
 }
 
 #[test]
-fn motor_off_timeout_starts_at_first_sample() {
-    let mut script = Script::new(PLAIN);
-    for _ in 0..300 {
-        script.fail(DeviceError::Disconnected);
-    }
-    script.sample.motor = Motor::Enabled;
-    script.go_on(101);
-    assert_eq!(script.servo.fault(), None);
-    script.go_on(1);
-    assert_eq!(script.servo.fault(), Some(Fault::StillEnabled));
-}
-
-#[test]
 fn a_motor_of_a_slow_rig_has_three_periods_to_go_off() {
     let period_ns = 50 * MS;
     let mut script = Script::new(Settings {
