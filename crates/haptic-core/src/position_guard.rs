@@ -366,7 +366,7 @@ mod tests {
     #[test]
     fn held_sample_is_believed_when_next_roughly_agrees() {
         // A hand that hits something: 0.25 mm aside, and from there nearly as far aside again.
-        for second in [0.0, 0.2e-3, 0.29e-3] {
+        for second in [0.0, 0.2e-3, 0.29e-3, 0.45e-3] {
             let felt = 0.14e-3;
             let at_rest = PriorMotion { felt, ..AT_REST };
             let mut guard = PositionGuard::default();

@@ -155,7 +155,10 @@ impl Renderer {
     /// The block and the last device sample. Without a block it is the contact at the device.
     #[must_use]
     pub fn state(&self) -> BlockState {
-        self.surface.state()
+        BlockState {
+            memory: self.surface.memory(),
+            ..self.surface.state()
+        }
     }
 
     /// Puts the block somewhere, in motion or at rest, without a tick.

@@ -1,7 +1,7 @@
 //! A block that nothing holds: drag alone, the same either way. One oscillator, solved exactly,
 //! without an event to look for.
 
-use super::body::{BlockState, Coupling, EventSink, Load, Moving, Rendered};
+use super::body::{BlockState, Body, Coupling, EventSink, Load, Moving, Rendered};
 use super::oscillator::{InitialState, Oscillator, Propagator};
 use crate::contact::Contact;
 use crate::directional::Direction;
@@ -108,7 +108,9 @@ impl Moving for LinearBlock {
         }
         self.arrive(elapsed_s, (position, velocity), None, sink)
     }
+}
 
+impl Body for LinearBlock {
     fn state(&self) -> BlockState {
         self.state
     }

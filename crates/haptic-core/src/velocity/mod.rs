@@ -10,8 +10,9 @@ mod finite_difference;
 mod foaw;
 
 pub use alpha_beta_gamma::{AlphaBetaGamma, DEFAULT_MEMORY};
-pub use finite_difference::{DEFAULT_CUTOFF_HZ, FiniteDifference, LowPass};
-pub use foaw::{Fit, Foaw, MAX_WINDOW};
+
+use finite_difference::{DEFAULT_CUTOFF_HZ, FiniteDifference, LowPass};
+use foaw::{Fit, Foaw};
 
 use crate::nearest::meant_or_semicolon;
 use crate::snapshot::Archive;

@@ -161,7 +161,11 @@ impl Story {
                     550 => Some(Command::Release),
                     _ => None,
                 };
-                let inputs = inputs(tick, place(self.hand(tick)), command);
+                let mut inputs = inputs(tick, place(self.hand(tick)), command);
+                if tick == 10 {
+                    // By the device's clock it has not: nothing is known of the velocity.
+                    inputs.elapsed_ns = 60 * TICK_NS;
+                }
                 let index = tick as usize / 150;
                 let scene = (tick > 0 && tick % 150 == 0).then(|| compiled(index - 1, index));
                 let outputs = servo.step(&inputs, scene);
@@ -203,6 +207,8 @@ fn hand_on_a_line_of_the_plane_feels_the_line() {
         for (line, plane) in line.iter().zip(story.outputs(|place| along * place.x)) {
             let apart_n = (along * line.force_n - plane.force_n).length();
             assert!(apart_n < 1e-9 && line.enabled == plane.enabled, "{apart_n} N");
+            let apart_mps = (along * line.device_velocity_mps - plane.device_velocity_mps).length();
+            assert!(apart_mps < 1e-9, "{apart_mps} m/s");
         }
     }
 }

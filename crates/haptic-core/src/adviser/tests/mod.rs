@@ -76,6 +76,10 @@ fn the_papers_numbers_come_out() {
     let late = RigFacts { delay_s: 1e-3, ..RIG };
     let linear = exact(&scene, &late, Check::LinearStability);
     assert!((linear.bound - 20_000.0 / 3.0).abs() < 1e-9);
+    // The exact scheme has no bounds of its own.
+    let of_scheme = [Check::LimitCycle, Check::LeastMass, Check::Ripple];
+    let findings = advise(&scene, Scheme::Exact, &RIG);
+    assert!(!findings.iter().any(|found| of_scheme.contains(&found.check)));
     // 0.8 N at 0.1 m/s take up 8 N s/m, and B = 10 N s/m alone can give out more.
     assert_eq!(find(&findings, Check::Friction).bound, 0.0);
     let undamped = exact(&super::tests::scene(&[("B", 0.0)]), &RIG, Check::Friction);
@@ -115,13 +119,6 @@ fn a_slow_rig_and_a_late_link_take_stiffness_away() {
         });
         assert!((bound - 20.0 / twice_late_s).abs() < 1e-6, "{rate_hz} Hz: {bound}");
     }
-}
-
-#[test]
-fn the_exact_scheme_has_no_bounds_of_its_own() {
-    let findings = advise(&Scene::paper(), Scheme::Exact, &RIG);
-    let is_of_scheme = |found: &Finding| matches!(found.check, Check::LimitCycle | Check::LeastMass | Check::Ripple);
-    assert!(!findings.iter().any(is_of_scheme));
 }
 
 #[test]
