@@ -328,10 +328,11 @@ mod tests {
     // hazard: H19
     #[test]
     fn rig_stop_button_stops_and_keeps_earlier_reason() {
-        let rows: [(&dyn Fn(&mut Rig), _, _); 3] = [
-            (&|_| {}, RigState::Stopped, Some(Fault::StopButton)),
-            (&Rig::stop, RigState::Stopped, None),
-            (&|rig| rig.fail(Fault::TooFast), RigState::Faulted, Some(Fault::TooFast)),
+        type Before = fn(&mut Rig);
+        let rows: [(Before, _, _); 3] = [
+            (|_| {}, RigState::Stopped, Some(Fault::StopButton)),
+            (Rig::stop, RigState::Stopped, None),
+            (|rig| rig.fail(Fault::TooFast), RigState::Faulted, Some(Fault::TooFast)),
         ];
         for (before, state, fault) in rows {
             let mut rig = Rig::new(0.2, 0.05);
