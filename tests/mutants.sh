@@ -67,7 +67,7 @@ describe() {
     # Not its series, for which references are the judge.
     plane)
         package=haptic-core files=(planar/{vector,renderer,spring}.rs) integration=physics
-        tests=(planar_servo planar::{references,tests,without})
+        tests=(planar_servo planar::{references,tests})
         ;;
     kinematics)
         package=device-io files=(kinematics/{dual,five_bar,geometry,mod,workspace}.rs link/planar_link.rs)

@@ -1,9 +1,11 @@
 //! The refusal of a quantity that is out of range.
 
-use core::fmt;
+use alloc::string::String;
+use thiserror::Error;
 
 /// A quantity that is out of range.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error("{field} = {value}{of} is out of range: it must be from {min} to {max}{of}", of = with_space(.unit))]
 pub struct BoundError {
     /// The quantity.
     pub field: &'static str,
@@ -36,25 +38,10 @@ impl BoundError {
     }
 }
 
-impl fmt::Display for BoundError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            field,
-            value,
-            min,
-            max,
-            unit,
-        } = self;
-        let unit = if unit.is_empty() {
-            ""
-        } else {
-            &alloc::format!(" {unit}")
-        };
-        write!(
-            f,
-            "{field} = {value}{unit} is out of range: it must be from {min} to {max}{unit}"
-        )
+fn with_space(unit: &str) -> String {
+    if unit.is_empty() {
+        String::new()
+    } else {
+        alloc::format!(" {unit}")
     }
 }
-
-impl core::error::Error for BoundError {}

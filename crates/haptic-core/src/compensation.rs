@@ -26,7 +26,6 @@ use crate::math::copysign;
 use crate::passivity::RigLosses;
 use crate::rig_friction::RigFriction;
 use crate::snapshot::Archive;
-use core::fmt::Debug;
 
 /// Largest share of the rig's friction that may be compensated. The rest is more than identified
 /// friction differs between two directions, two places and two days.
@@ -90,62 +89,22 @@ impl Compensation {
 
 /// The motion at a sample.
 #[derive(Clone, Copy, Debug)]
-pub struct SampledMotion<V = f64> {
+pub(crate) struct SampledMotion {
     /// Since the sample before, s; 0 without a new one.
     pub(crate) elapsed_s: f64,
     /// m
-    pub(crate) position: V,
+    pub(crate) position: f64,
     /// m/s
-    pub(crate) velocity: V,
+    pub(crate) velocity: f64,
     /// Distance between two positions that the device can distinguish, m.
     pub(crate) resolution: f64,
     /// Nominal time between two samples, s (> 0).
     pub(crate) period_s: f64,
 }
 
-/// What compensates a rig's friction.
-pub trait Compensating<V>: Clone + Debug + Send + Sized {
-    /// With an empty account; `None` where it cannot be done.
-    fn new(compensation: Compensation) -> Option<Self>;
-    /// No force flows: the account is empty.
-    fn rest(&mut self);
-    /// All force of the motor until the next sample, N.
-    fn applied(&mut self, motor_n: V);
-    /// The force that compensates the rig's friction at a sample, N.
-    fn force(&mut self, motion: SampledMotion<V>) -> V;
-    /// Saves or loads the account.
-    fn archive(&mut self, archive: &mut Archive<'_>);
-}
-
-/// In the plane a rig's friction is not compensated: there is none of these.
-#[derive(Clone, Copy, Debug)]
-pub enum NoCompensator {}
-
-impl<V> Compensating<V> for NoCompensator {
-    fn new(_: Compensation) -> Option<Self> {
-        None
-    }
-
-    fn rest(&mut self) {
-        match *self {}
-    }
-
-    fn applied(&mut self, _: V) {
-        match *self {}
-    }
-
-    fn force(&mut self, _: SampledMotion<V>) -> V {
-        match *self {}
-    }
-
-    fn archive(&mut self, _: &mut Archive<'_>) {
-        match *self {}
-    }
-}
-
 /// Compensates one rig's friction.
 #[derive(Clone, Debug)]
-pub struct Compensator {
+pub(crate) struct Compensator {
     share: f64,
     friction: RigFriction,
     assured: RigLosses,
@@ -169,8 +128,9 @@ struct Before {
     motor_n: f64,
 }
 
-impl Compensating<f64> for Compensator {
-    fn archive(&mut self, archive: &mut Archive<'_>) {
+impl Compensator {
+    /// Saves or loads the account.
+    pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
         archive.number("account_J", &mut self.account_j);
         archive.option("has_sample", &mut self.before, Before::default(), |archive, before| {
             archive.number("sample_m", &mut before.position);
@@ -181,11 +141,12 @@ impl Compensating<f64> for Compensator {
         archive.number("sample_s", &mut self.sample_s);
     }
 
-    fn new(compensation: Compensation) -> Option<Self> {
+    /// With an empty account.
+    pub(crate) fn new(compensation: Compensation) -> Self {
         let friction = compensation.friction;
         let losses = friction.losses();
         let most_n = friction.dynamic_force.greatest() + RESERVE_SPEED_MPS * friction.viscous.greatest();
-        Some(Self {
+        Self {
             share: compensation.bounded_share(),
             friction,
             assured: RigLosses {
@@ -197,28 +158,29 @@ impl Compensating<f64> for Compensator {
             before: None,
             still_s: 0.0,
             sample_s: 0.0,
-        })
+        }
     }
 
-    fn rest(&mut self) {
+    /// No force flows: the account is empty.
+    pub(crate) fn rest(&mut self) {
         (self.account_j, self.before) = (0.0, None);
         (self.still_s, self.sample_s) = (0.0, 0.0);
     }
 
-    fn applied(&mut self, motor_n: f64) {
+    /// All force of the motor until the next sample, N.
+    pub(crate) fn applied(&mut self, motor_n: f64) {
         if let Some(before) = &mut self.before {
             before.motor_n = motor_n;
         }
     }
 
-    fn force(&mut self, motion: SampledMotion) -> f64 {
+    /// The force that compensates the rig's friction at a sample, N.
+    pub(crate) fn force(&mut self, motion: SampledMotion) -> f64 {
         self.keep_account(motion);
         // A NaN account also gives zero.
         if self.account_j > 0.0 { self.wanted(motion) } else { 0.0 }
     }
-}
 
-impl Compensator {
     fn keep_account(&mut self, motion: SampledMotion) {
         if motion.elapsed_s > 0.0 {
             self.sample_s = motion.elapsed_s;
@@ -266,12 +228,9 @@ impl Compensator {
         } else {
             Direction::Negative
         };
-        let RigFriction {
-            dynamic_force, viscous, ..
-        } = self.friction;
-        let along_n = dynamic_force.get(direction) + viscous.get(direction) * speed;
-        let cogging_n = self
-            .friction
+        let friction = &self.friction;
+        let along_n = friction.dynamic_force.get(direction) + friction.viscous.get(direction) * speed;
+        let cogging_n = friction
             .cogging
             .filter(|cogging| cogging.absolute_position)
             .map_or(0.0, |cogging| cogging.force(motion.position));

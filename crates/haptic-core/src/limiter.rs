@@ -235,19 +235,18 @@ mod tests {
         acceleration_mps2: 2000.0,
     };
 
+    fn with(force_n: f64, slew_n_per_s: f64) -> Limits {
+        Limits {
+            force_n,
+            slew_n_per_s,
+            ..LIMITS
+        }
+    }
+
     #[test]
     fn what_is_no_limit_lets_no_force_through() {
         for wrong in [f64::NAN, -1.0, f64::NEG_INFINITY, 0.0] {
-            for limits in [
-                Limits {
-                    force_n: wrong,
-                    ..LIMITS
-                },
-                Limits {
-                    slew_n_per_s: wrong,
-                    ..LIMITS
-                },
-            ] {
+            for limits in [with(wrong, 1000.0), with(20.0, wrong)] {
                 let begun_with = SafetyLimiter::new(limits);
                 let mut changed = SafetyLimiter::new(LIMITS);
                 changed.set_limits(limits, 0.2);
@@ -269,7 +268,7 @@ mod tests {
             steps in prop::collection::vec((prop::num::f64::ANY, prop::num::f64::ANY, -1e-3..0.1f64), 1..40),
             force_n in 0.1..100.0, slew_n_per_s in 1.0..1e6,
         ) {
-            let mut limiter = SafetyLimiter::new(Limits { force_n, slew_n_per_s, ..LIMITS });
+            let mut limiter = SafetyLimiter::new(with(force_n, slew_n_per_s));
             let mut last = 0.0_f64;
             for (force, gain, elapsed_s) in steps {
                 match limiter.limit(force, gain, elapsed_s) {
@@ -297,10 +296,7 @@ mod tests {
     // hazard: H8
     #[test]
     fn the_smaller_of_the_two_force_limits_holds() {
-        let mut limiter = SafetyLimiter::new(Limits {
-            slew_n_per_s: 1e9,
-            ..LIMITS
-        });
+        let mut limiter = SafetyLimiter::new(with(20.0, 1e9));
         let mut limit = |device_n: f64, force: f64| {
             limiter.set_device_force(device_n);
             limiter.limit(force, 1.0, 1e-3).expect("a number")
@@ -317,11 +313,7 @@ mod tests {
     // hazard: H21
     #[test]
     fn changed_force_limit_ramps_without_a_step() {
-        let with = |force_n| Limits {
-            force_n,
-            slew_n_per_s: 1e9,
-            ..Limits::default()
-        };
+        let with = |force_n| with(force_n, 1e9);
         let step = |limiter: &mut SafetyLimiter, wanted: f64| {
             limiter.advance(1e-3);
             limiter.set_device_force(f64::INFINITY);
@@ -364,14 +356,9 @@ mod tests {
         assert_eq!(step(&mut limiter, 12.0), 4.0);
         // A ramp of no time is none.
         for force_n in [4.0, 2.0, 9.0, 9.0] {
-            let speed_mps = force_n;
-            limiter.set_limits(
-                Limits {
-                    speed_mps,
-                    ..with(force_n)
-                },
-                0.0,
-            );
+            let mut limits = with(force_n);
+            limits.speed_mps = force_n;
+            limiter.set_limits(limits, 0.0);
             assert_eq!(step(&mut limiter, 12.0), force_n);
         }
         limiter.set_limits(with(4.0), 0.0);

@@ -131,28 +131,19 @@ mod tests {
         assert_eq!(nearest("viscus-drag", &known), Some("viscous-drag"));
         assert_eq!(nearest("visc", &known), Some("viscous-drag"));
         assert_eq!(nearest("LUGRE", &known), Some("lugre"));
-        assert_eq!(
-            nearest("lurge", &known),
-            Some("lugre"),
-            "two letters swapped are one mistake"
-        );
+        // Two letters swapped are one mistake.
+        assert_eq!(nearest("lurge", &known), Some("lugre"));
         assert_eq!(nearest("luger", &known), Some("lugre"));
         assert_eq!(nearest("ulger", &known), None, "two mistakes in five letters");
         assert_eq!(nearest("ice", &known), None);
         assert_eq!(nearest("", &known), None);
         let scenes = ["no-friction", "aluminium-on-teflon", "felt"];
-        assert_eq!(
-            nearest("telfon", &scenes),
-            Some("aluminium-on-teflon"),
-            "a part of a name"
-        );
+        // A part of a name.
+        assert_eq!(nearest("telfon", &scenes), Some("aluminium-on-teflon"));
         assert_eq!(nearest("fel", &scenes), Some("felt"), "the whole name first");
         assert_eq!(nearest("frictoin", &scenes), None, "what a `no` denies");
-        assert_eq!(
-            nearest("friction", &["simulated-friction", "measured-friction"]),
-            None,
-            "two have it"
-        );
+        // Two have it.
+        assert_eq!(nearest("friction", &["simulated-friction", "measured-friction"]), None);
         let parameters = ["mass", "static_force", "Fs", "Fd"];
         assert_eq!(nearest("msas", &parameters), Some("mass"));
         assert_eq!(nearest("Weight", &parameters), Some("mass"));

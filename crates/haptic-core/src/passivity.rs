@@ -174,11 +174,7 @@ mod tests {
         assert!(seen > 0.05, "{seen} J");
         let (held, left) = swing(RigLosses::default(), 5.0);
         assert!(held < 1.5 && left < 1e-3, "{held}, {left} J");
-    }
-
-    #[test]
-    fn a_rig_that_damps_enough_has_no_excess() {
-        // Colgate's bound: b > K T/2.
+        // A rig that damps enough has no excess, by Colgate's bound: b > K T/2.
         let (damping, friction) = (1.5, 0.0);
         let damped = RigLosses { damping, friction };
         let (held, seen) = swing(damped, 0.0);

@@ -64,7 +64,31 @@ pub trait Rendering<V>: Clone + Debug + Send + Sized {
 
 impl Rendering<f64> for Renderer {
     fn in_range(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError> {
-        Self::in_range(scene, scheme, period_s)
+        scene.check_parts()?;
+        scene.validate_rate(period_s)?;
+        let held = match (&scene.block, &scene.coupling) {
+            (Some(block), Some(coupling)) => Some((block.mass, *coupling)),
+            _ => None,
+        };
+        let surface = match held {
+            None => scene.friction.as_law().on_device(),
+            Some((mass, coupling)) => scene
+                .friction
+                .as_law()
+                .behind_block(&BlockSetup { mass, coupling, scheme }),
+        };
+        let (stiffness, damping) = match held {
+            Some((_, coupling)) => (coupling.stiffness, coupling.damping),
+            None => (
+                scene.friction.contact_stiffness(true),
+                scene.value(Parameter::Viscous).map_or(0.0, Directional::greatest),
+            ),
+        };
+        Ok(Self {
+            surface,
+            held,
+            stiffness: stiffness + damping / period_s,
+        })
     }
 
     #[inline(always)]
@@ -125,43 +149,16 @@ impl Renderer {
     /// # Errors
     /// Those of [`Scene::validate`] and [`Scene::validate_rate`].
     pub fn new(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError> {
-        scene.check_ranges()?;
-        Self::in_range(scene, scheme, period_s)
-    }
-
-    /// The same of a scene whose values are within their ranges.
-    pub(crate) fn in_range(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError> {
-        scene.check_parts()?;
-        scene.validate_rate(period_s)?;
-        let held = match (&scene.block, &scene.coupling) {
-            (Some(block), Some(coupling)) => Some((block.mass, *coupling)),
-            _ => None,
-        };
-        let surface = match held {
-            None => scene.friction.as_law().on_device(),
-            Some((mass, coupling)) => scene
-                .friction
-                .as_law()
-                .behind_block(&BlockSetup { mass, coupling, scheme }),
-        };
-        let (stiffness, damping) = match held {
-            Some((_, coupling)) => (coupling.stiffness, coupling.damping),
-            None => (
-                scene.friction.contact_stiffness(true),
-                scene.value(Parameter::Viscous).map_or(0.0, Directional::greatest),
-            ),
-        };
-        Ok(Self {
-            surface,
-            held,
-            stiffness: stiffness + damping / period_s,
-        })
+        <Self as Rendering<f64>>::new(scene, scheme, period_s)
     }
 
     /// The block and the last device sample. Without a block it is the contact at the device.
     #[must_use]
     pub fn state(&self) -> BlockState {
-        self.surface.state()
+        BlockState {
+            memory: self.surface.memory(),
+            ..self.surface.state()
+        }
     }
 
     /// Puts the block somewhere, in motion or at rest, without a tick.

@@ -59,7 +59,7 @@ pub enum Motor {
 }
 
 impl Motor {
-    /// All of them.
+    /// All of them, by their numbers.
     pub(crate) const ALL: [Self; 4] = [Self::Unreported, Self::Enabled, Self::Unconfirmed, Self::Off];
 }
 

@@ -4,11 +4,9 @@
 //! Limits of force, speed and distance are limits of a length, never of a part: a limit that is cut part by part turns
 //! the force.
 
-use crate::compensation::{Compensating, Compensator};
 use crate::math::{copysign, flush};
 use crate::planar::Workspace;
 use crate::renderer::{Renderer, Rendering};
-use crate::velocity::{Estimating, Estimator};
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -29,10 +27,6 @@ pub trait Vector:
 {
     /// What renders a scene here.
     type Renderer: Rendering<Self>;
-    /// What estimates a velocity here.
-    type Estimator: Estimating<Self>;
-    /// What compensates the rig's own friction here.
-    type Compensator: Compensating<Self>;
 
     /// Number of its parts.
     const AXES: usize;
@@ -79,8 +73,6 @@ pub trait Vector:
 
 impl Vector for f64 {
     type Renderer = Renderer;
-    type Estimator = Estimator;
-    type Compensator = Compensator;
 
     const AXES: usize = 1;
     const ZERO: Self = 0.0;

@@ -165,22 +165,17 @@ pub(super) fn at_least(about: About, value: f64, bound: f64) -> Finding {
 }
 
 fn finding(about: About, value: f64, bound: f64, passes: bool, margin: f64) -> Finding {
-    let About {
-        check,
-        parameter,
-        unit,
-        fixed_by,
-    } = about;
+    let parameter = about.parameter;
     Finding {
-        check,
+        check: about.check,
         parameter,
         passes,
         value,
         bound,
-        unit,
+        unit: about.unit,
         // Nothing against nothing is neither kept well nor badly.
         margin: if margin.is_nan() { 1.0 } else { margin },
-        fix: fixed_by.filter(|_| !passes).map(|value| Fix { parameter, value }),
+        fix: about.fixed_by.filter(|_| !passes).map(|value| Fix { parameter, value }),
         fixed_below: None,
     }
 }

@@ -253,8 +253,34 @@ impl<F: FnMut(f64, Contact, Contact)> EventSink for F {
     }
 }
 
-/// Anything that the samples of a device move: a block, or a surface on the device itself.
-pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
+/// What the samples of a device move, as it is between two of them: a block, or a surface on the device itself.
+pub(crate) trait Body: Debug + Send + Sync {
+    /// The block and the last sample; what its contact remembers is for [`memory`](Self::memory) to
+    /// say. On the device itself the block is where the device is.
+    fn state(&self) -> BlockState;
+
+    /// What the contact remembers: nothing, here.
+    fn memory(&self) -> ContactMemory {
+        ContactMemory::RESTED
+    }
+
+    /// Puts it somewhere, without a tick: it goes on from a state with the memory in it.
+    fn set_state(&mut self, state: BlockState);
+
+    /// The contact of something at rest: sliding where no friction can hold it, as here.
+    fn at_rest(&self) -> Contact {
+        Contact::Sliding(Direction::Positive)
+    }
+
+    /// The force of the last sample, N, as [`Rendered::coupling_force`] had it.
+    fn coupling_force(&self) -> f64;
+
+    /// Saves or loads all that a tick keeps for the next one.
+    fn archive(&mut self, archive: &mut Archive<'_>);
+}
+
+/// How it moves from one sample to the next.
+pub(crate) trait Moving: Body + Clone + 'static {
     /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity`
     /// (m/s).
     fn advance(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered;
@@ -269,27 +295,4 @@ pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
     ) -> Rendered {
         self.advance(elapsed_s, position, velocity, sink)
     }
-
-    /// The block and the last sample; what its contact remembers is for [`memory`](Self::memory) to
-    /// say. On the device itself the block is where the device is.
-    fn state(&self) -> BlockState;
-
-    /// What the contact remembers: nothing, here.
-    fn memory(&self) -> ContactMemory {
-        ContactMemory::RESTED
-    }
-
-    /// Puts it somewhere, without a tick.
-    fn set_state(&mut self, state: BlockState);
-
-    /// The contact of something at rest: sliding where no friction can hold it, as here.
-    fn at_rest(&self) -> Contact {
-        Contact::Sliding(Direction::Positive)
-    }
-
-    /// The force of the last sample, N, as [`Rendered::coupling_force`] had it.
-    fn coupling_force(&self) -> f64;
-
-    /// Saves or loads all that a tick keeps for the next one.
-    fn archive(&mut self, archive: &mut Archive<'_>);
 }

@@ -4,11 +4,8 @@
 //! next event or to where a series no longer converges. The work of a tick is bounded; when the
 //! bound is reached, a few backward-Euler steps do the rest.
 
-use super::body::{BlockState, Coupling, EventSink, Load, Moving, Rendered, rounding};
-use crate::contact::{Contact, ContactMemory};
-use crate::snapshot::Archive;
+use super::body::{BlockState, Body, Coupling, EventSink, Load, Moving, Rendered, rounding};
 use core::f64::consts::PI;
-use core::fmt::Debug;
 
 /// Backward-Euler steps that do the rest of a tick whose work is used up.
 const FALLBACK_STEPS: u32 = 8;
@@ -106,7 +103,7 @@ pub(super) enum Outcome {
 }
 
 /// A block that is solved piece by piece.
-pub(super) trait PiecewiseBlock: Clone + Debug + Send + Sync + 'static {
+pub(super) trait PiecewiseBlock: Body + Clone + 'static {
     fn coupled(&self) -> &CoupledBlock;
     fn coupled_mut(&mut self) -> &mut CoupledBlock;
 
@@ -132,15 +129,6 @@ pub(super) trait PiecewiseBlock: Clone + Debug + Send + Sync + 'static {
 
     /// The block starts over from rest at the device.
     fn restarted(&mut self) {}
-
-    /// See [`Moving::memory`].
-    fn memory(&self) -> ContactMemory;
-    /// See [`Moving::set_state`].
-    fn set_state(&mut self, state: BlockState);
-    /// See [`Moving::at_rest`].
-    fn at_rest(&self) -> Contact;
-    /// Saves or loads what the contact goes by.
-    fn archive_contact(&mut self, archive: &mut Archive<'_>);
 }
 
 impl<B: PiecewiseBlock> Moving for B {
@@ -169,31 +157,6 @@ impl<B: PiecewiseBlock> Moving for B {
                 ..Rendered::default()
             }
         })
-    }
-
-    fn state(&self) -> BlockState {
-        self.coupled().state
-    }
-
-    fn memory(&self) -> ContactMemory {
-        PiecewiseBlock::memory(self)
-    }
-
-    fn set_state(&mut self, state: BlockState) {
-        PiecewiseBlock::set_state(self, state);
-    }
-
-    fn at_rest(&self) -> Contact {
-        PiecewiseBlock::at_rest(self)
-    }
-
-    fn archive(&mut self, archive: &mut Archive<'_>) {
-        self.coupled_mut().state.archive(archive);
-        self.archive_contact(archive);
-    }
-
-    fn coupling_force(&self) -> f64 {
-        self.coupled().coupling_force()
     }
 }
 

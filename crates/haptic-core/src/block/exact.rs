@@ -24,7 +24,7 @@
 //! no energy and the block does not creep. Work per tick is bounded; what is left when the bound is
 //! reached is done in a few implicit steps.
 
-use super::body::{BlockState, Coupling, EventSink, Load, Rendered};
+use super::body::{BlockState, Body, Coupling, EventSink, Load, Rendered};
 use super::course::{CoupledBlock, Course, Outcome, PiecewiseBlock, under, work_budget};
 use super::expansion::Piece;
 use super::linear_slide::FallLevel;
@@ -330,6 +330,16 @@ impl<S: Slide, R: StaticLimit, const N: usize> PiecewiseBlock for ExactBlock<S, 
             sink.contact_changed(course.time, from, self.coupled.state.contact);
         }
     }
+}
+
+impl<S: Slide, R: StaticLimit, const N: usize> Body for ExactBlock<S, R, N> {
+    fn state(&self) -> BlockState {
+        self.coupled.state
+    }
+
+    fn coupling_force(&self) -> f64 {
+        self.coupled.coupling_force()
+    }
 
     fn memory(&self) -> ContactMemory {
         let state = &self.coupled.state;
@@ -371,7 +381,8 @@ impl<S: Slide, R: StaticLimit, const N: usize> PiecewiseBlock for ExactBlock<S, 
         }
     }
 
-    fn archive_contact(&mut self, archive: &mut Archive<'_>) {
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.coupled.state.archive(archive);
         for direction in Direction::BOTH {
             self.slides.get_mut(direction).archive(direction, archive);
         }

@@ -1,10 +1,11 @@
 //! A block that nothing holds: drag alone, the same either way. One oscillator, solved exactly,
 //! without an event to look for.
 
-use super::body::{BlockState, Coupling, EventSink, Load, Moving, Rendered};
+use super::body::{BlockState, Body, Coupling, EventSink, Load, Moving, Rendered};
 use super::oscillator::{InitialState, Oscillator, Propagator};
 use crate::contact::Contact;
 use crate::directional::Direction;
+use crate::series::halve;
 use crate::snapshot::Archive;
 
 /// The block of a viscous scene.
@@ -66,17 +67,9 @@ impl LinearBlock {
 
     /// When the velocity passed zero, by halving; only a listener asks for it.
     fn turning_time(&self, motion: &InitialState, elapsed_s: f64) -> f64 {
-        let (mut before, mut after) = (0.0, elapsed_s);
         let ends = Direction::of(self.state.velocity);
-        for _ in 0..60 {
-            let middle = 0.5 * (before + after);
-            if Direction::of(self.oscillator.velocity(motion, middle).0) == ends {
-                after = middle;
-            } else {
-                before = middle;
-            }
-        }
-        after
+        let turns_later = |time: f64| Direction::of(self.oscillator.velocity(motion, time).0) != ends;
+        halve(0.0, elapsed_s, 60, turns_later).1
     }
 }
 
@@ -115,7 +108,9 @@ impl Moving for LinearBlock {
         }
         self.arrive(elapsed_s, (position, velocity), None, sink)
     }
+}
 
+impl Body for LinearBlock {
     fn state(&self) -> BlockState {
         self.state
     }

@@ -11,7 +11,7 @@
 //! `V = 2 Fd T / (4 M - K T^2 - 2 (B + b) T)`, diverges below `M = K T^2/4 + (B + b) T/2`, and
 //! creates energy in friction; the [exact](super::exact) scheme has none of these.
 
-use super::body::{BlockState, Coupling, EventSink, Moving, Rendered};
+use super::body::{BlockState, Body, Coupling, EventSink, Moving, Rendered};
 use crate::contact::{Contact, ContactMemory, Leg, Level, StaticLimit, YieldingContact};
 use crate::directional::{Direction, Directional};
 use crate::snapshot::Archive;
@@ -283,7 +283,9 @@ impl<L: SteppedLaw> Moving for LiteralBlock<L> {
             work_exhausted: false,
         }
     }
+}
 
+impl<L: SteppedLaw> Body for LiteralBlock<L> {
     fn state(&self) -> BlockState {
         self.state
     }

@@ -24,7 +24,7 @@ pub use crate::contact::{Contact, ContactMemory};
 pub use body::{Block, BlockState, Coupling, EventSink, Rendered};
 pub use course::MAX_PHASE_PER_TICK_RAD;
 
-pub(crate) use body::Moving;
+pub(crate) use body::{Body, Moving};
 pub(crate) use exact::{ExactBlock, Slides};
 pub(crate) use expansion::{CoupledMass, Expansion, Piece, Start};
 pub(crate) use falling_slide::FallingSlide;

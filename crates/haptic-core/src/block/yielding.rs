@@ -6,7 +6,7 @@
 //! as in the [exact](super::exact) scheme, with other numbers: one piece is the exact solution,
 //! however stiff the contact. Where it is curved, a piece is a power series of the motion.
 
-use super::body::{BlockState, Coupling, EventSink, Rendered};
+use super::body::{BlockState, Body, Coupling, EventSink, Rendered};
 use super::course::{CoupledBlock, Course, Outcome, PiecewiseBlock, work_budget};
 use super::expansion::{CoupledMass, Piece, Start};
 use super::straight::straight_piece;
@@ -228,6 +228,16 @@ impl<C: PiecewiseContact> PiecewiseBlock for YieldingBlock<C> {
     fn restarted(&mut self) {
         self.contact.recall(&ContactMemory::RESTED, 0.0);
     }
+}
+
+impl<C: PiecewiseContact> Body for YieldingBlock<C> {
+    fn state(&self) -> BlockState {
+        self.coupled.state
+    }
+
+    fn coupling_force(&self) -> f64 {
+        self.coupled.coupling_force()
+    }
 
     fn memory(&self) -> ContactMemory {
         self.contact.memory()
@@ -243,7 +253,8 @@ impl<C: PiecewiseContact> PiecewiseBlock for YieldingBlock<C> {
         self.contact.contact_at(0.0)
     }
 
-    fn archive_contact(&mut self, archive: &mut Archive<'_>) {
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.coupled.state.archive(archive);
         self.contact.archive(archive);
     }
 }

@@ -18,7 +18,7 @@ const RIG: RigFriction = RigFriction {
 };
 
 fn compensator(share: f64) -> Compensator {
-    Compensator::new(Compensation { share, friction: RIG }).expect("there is one")
+    Compensator::new(Compensation { share, friction: RIG })
 }
 
 fn motion(position: f64, velocity: f64) -> SampledMotion {
@@ -118,10 +118,7 @@ fn cogging_is_compensated_only_where_the_place_is_known() {
             harmonics,
         });
         let friction = RigFriction { cogging, ..RIG };
-        in_motion(
-            Compensator::new(Compensation { share: 0.5, friction }).expect("there is one"),
-            0.1,
-        )
+        in_motion(Compensator::new(Compensation { share: 0.5, friction }), 0.1)
     };
     let cogging_n = 0.2 * libm::cos(core::f64::consts::TAU * 0.0099 / 0.01);
     assert!(near(with(true), 0.5 * (0.9 + cogging_n)));

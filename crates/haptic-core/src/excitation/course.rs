@@ -206,13 +206,13 @@ fn rounded_triangle(at: f64, quarter: f64, round: f64) -> (f64, f64) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use alloc::vec::Vec;
 
     const STEP_S: f64 = 1e-4;
 
-    const fn chirp(amplitude_m: f64, from_hz: f64, to_hz: f64, duration_s: f64) -> Course {
+    pub(in crate::excitation) const fn chirp(amplitude_m: f64, from_hz: f64, to_hz: f64, duration_s: f64) -> Course {
         Course::Chirp {
             amplitude_m,
             from_hz,
@@ -221,7 +221,7 @@ mod tests {
         }
     }
 
-    const fn sweep(travel_m: f64, speed_mps: f64, rounds: u32) -> Course {
+    pub(in crate::excitation) const fn sweep(travel_m: f64, speed_mps: f64, rounds: u32) -> Course {
         Course::Sweep {
             travel_m,
             speed_mps,

@@ -7,12 +7,7 @@ const PERIOD_S: f64 = 1e-3;
 
 fn chirp() -> Excitation {
     Excitation {
-        course: Course::Chirp {
-            amplitude_m: 5e-3,
-            from_hz: 0.5,
-            to_hz: 3.0,
-            duration_s: 4.0,
-        },
+        course: course::tests::chirp(5e-3, 0.5, 3.0, 4.0),
         force_limit_n: 4.0,
         slew_limit_n_per_s: 200.0,
         stiffness_n_per_m: 1000.0,
@@ -26,11 +21,7 @@ fn chirp() -> Excitation {
 
 fn sweep() -> Excitation {
     Excitation {
-        course: Course::Sweep {
-            travel_m: 4e-3,
-            speed_mps: 8e-3,
-            rounds: 1,
-        },
+        course: course::tests::sweep(4e-3, 8e-3, 1),
         ..chirp()
     }
 }
@@ -231,23 +222,9 @@ proptest! {
 
 #[test]
 fn what_is_beyond_the_bounds_is_refused_by_its_field() {
-    let of_chirp = |amplitude_m, to_hz, duration_s| {
-        let course = Course::Chirp {
-            amplitude_m,
-            from_hz: 0.5,
-            to_hz,
-            duration_s,
-        };
-        Excitation { course, ..chirp() }
-    };
-    let of_sweep = |travel_m, speed_mps, rounds| {
-        let course = Course::Sweep {
-            travel_m,
-            speed_mps,
-            rounds,
-        };
-        Excitation { course, ..sweep() }
-    };
+    let along = |course| Excitation { course, ..chirp() };
+    let of_chirp = |amplitude_m, to_hz, duration_s| along(course::tests::chirp(amplitude_m, 0.5, to_hz, duration_s));
+    let of_sweep = |travel_m, speed_mps, rounds| along(course::tests::sweep(travel_m, speed_mps, rounds));
     let with = |change: fn(&mut Excitation)| {
         let mut excitation = chirp();
         change(&mut excitation);

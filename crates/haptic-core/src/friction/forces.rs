@@ -114,13 +114,13 @@ impl StribeckForces {
         Ok(())
     }
 
-    /// The nearest forces that [`check`](Self::check) accepts.
-    pub(super) fn complied(mut self) -> Self {
+    /// The nearest static force, N, and velocity, m/s, that [`check`](Self::check) accepts.
+    pub(super) fn complied(mut self) -> (Directional, f64) {
         raise(&mut self.static_force, self.dynamic_force);
         limit_stiction(&mut self.static_force, self.dynamic_force);
         if self.velocity < SUDDEN_FALL_MPS {
             self.velocity = law::STRIBECK_VELOCITY_MPS;
         }
-        self
+        (self.static_force, self.velocity)
     }
 }

@@ -118,10 +118,7 @@ impl Law for Lugre {
     }
 
     fn comply(&mut self) {
-        let StribeckForces {
-            static_force, velocity, ..
-        } = self.forces().complied();
-        (self.static_force, self.stribeck_velocity) = (static_force, velocity);
+        (self.static_force, self.stribeck_velocity) = self.forces().complied();
     }
 
     fn holding_force(&self) -> Directional {

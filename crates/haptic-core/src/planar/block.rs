@@ -278,12 +278,7 @@ impl PlanarBlock {
 
     /// Slides for one piece.
     fn slide(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
-        let IsotropicKarnopp {
-            static_force,
-            dynamic_force,
-            velocity_threshold,
-            ..
-        } = self.friction;
+        let (static_force, dynamic_force) = (self.friction.static_force, self.friction.dynamic_force);
         let remaining = course.remaining();
         let mut pull = course.pull(self.coupling.stiffness);
         let velocity = self.state.velocity;
@@ -311,7 +306,7 @@ impl PlanarBlock {
             self.follow_line(course, sink);
             return;
         }
-        let falls_before = velocity_threshold > 0.0 && self.state.armed;
+        let falls_before = self.friction.velocity_threshold > 0.0 && self.state.armed;
         if !falls_before
             && let Some(landing) = self.sliding.lands(velocity, &pull)
             && landing.after_s < remaining
@@ -382,12 +377,8 @@ impl PlanarBlock {
     /// Takes one piece of a slide, up to where it falls to the velocity threshold.
     fn follow(&mut self, motion: &PieceMotion, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
         let threshold = self.friction.velocity_threshold;
-        let mut until = motion.until;
-        let mut fell = false;
-        if let Some(at) = self.falls_in(motion) {
-            until = at;
-            fell = true;
-        }
+        let falls_at = self.falls_in(motion);
+        let until = falls_at.unwrap_or(motion.until);
         if sink.listens() {
             sink.dissipated(self.friction.dynamic_force * motion.path(until));
         }
@@ -398,7 +389,7 @@ impl PlanarBlock {
         } else {
             course.time + until * motion.step_s
         };
-        if fell {
+        if falls_at.is_some() {
             let pull = course.pull(self.coupling.stiffness).force.length();
             if pull <= self.friction.static_force + course.rounding {
                 self.change_contact(Contact::Stuck, course, sink);
@@ -448,15 +439,9 @@ impl PlanarBlock {
     /// One backward-Euler step to the end of the tick (Moreau 1988): stable and dissipative whatever its length.
     fn implicit_step(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
         let step_s = course.remaining();
-        let Sliding {
-            mass,
-            stiffness,
-            damping,
-            dynamic_force,
-            ..
-        } = self.sliding;
+        let held = self.sliding;
         course.time = course.elapsed_s;
-        let impulse = self.state.velocity * (mass / step_s) + course.pull(stiffness).force;
+        let impulse = self.state.velocity * (held.mass / step_s) + course.pull(held.stiffness).force;
         let length = impulse.length();
         if length <= self.friction.static_force {
             if self.state.contact != Contact::Stuck {
@@ -467,10 +452,10 @@ impl PlanarBlock {
         if self.state.contact == Contact::Stuck {
             self.change_contact(SLIDING, course, sink);
         }
-        let speed = (length - dynamic_force) / (mass / step_s + damping + stiffness * step_s);
+        let speed = (length - held.dynamic_force) / (held.mass / step_s + held.damping + held.stiffness * step_s);
         self.state.velocity = impulse * (speed / length);
         course.moved += self.state.velocity * step_s;
-        sink.dissipated(dynamic_force * step_s * speed);
+        sink.dissipated(held.dynamic_force * step_s * speed);
         self.state.armed = speed > self.friction.velocity_threshold;
     }
 

@@ -11,7 +11,7 @@ mod vector;
 
 pub use block::{IsotropicKarnopp, PlanarBlock, PlanarState};
 pub use renderer::PlanarRenderer;
-pub use vector::{PlanarEstimator, Plane, Workspace};
+pub use vector::{Plane, Workspace};
 
 #[cfg(test)]
 mod tests;

@@ -10,7 +10,7 @@
 
 use super::vector::Plane;
 use crate::math::{powf, sqrt};
-use crate::series::{RECIPROCAL, ROOM, first_root, value};
+use crate::series::{RECIPROCAL, ROOM, first_root, halve, value};
 use core::mem::replace;
 use core::ops::{Add, Mul};
 
@@ -277,21 +277,15 @@ impl Sliding {
     pub(super) fn sets_off(&self, pull: &Pull, step_s: f64) -> PieceMotion {
         let force = pull.force.length();
         let along = pull.force * (1.0 / force);
-        let Scales {
-            share,
-            slope,
-            damped,
-            rubbed,
-            sprung,
-        } = self.scales(step_s);
-        let first = share * (force - self.dynamic_force);
+        let scales = self.scales(step_s);
+        let first = scales.share * (force - self.dynamic_force);
         let mut w = [Plane::ZERO; ROOM];
         let mut s = [0.0; ROOM];
         let mut e = [Plane::ZERO; ROOM];
         w[0] = along * first;
         s[0] = first;
         e[0] = along;
-        let turns = rubbed / first;
+        let turns = scales.rubbed / first;
         let inverse = 1.0 / first;
         let (mut last, mut until) = (self.impedance * first, 1.0);
         for k in 1..ORDER {
@@ -301,11 +295,11 @@ impl Sliding {
             let older_across = older - along * along.dot(older);
             let known = along * lengthwise - older_across * inverse;
             let pulled = match k {
-                1 => pull.slope * slope,
+                1 => pull.slope * scales.slope,
                 // x[k] = h v[k - 1] / k, and the velocity's order k - 1 is W[k - 2].
-                _ => w[k - 2] * (-sprung * RECIPROCAL[k]),
+                _ => w[k - 2] * (-scales.sprung * RECIPROCAL[k]),
             };
-            let q = pulled - w[k - 1] * damped - known * rubbed;
+            let q = pulled - w[k - 1] * scales.damped - known * scales.rubbed;
             let q_along = along.dot(q);
             let q_across = q - along * q_along;
             let across = q_across * (1.0 / ((k + 1) as f64 + turns));
@@ -324,13 +318,7 @@ impl Sliding {
     /// The slide that begins where the pull has just come to the friction: its velocity is `theta^2 V`. The pull grows.
     pub(super) fn begins_to_slide(&self, pull: &Pull, step_s: f64) -> PieceMotion {
         let along = pull.force * (1.0 / pull.force.length());
-        let Scales {
-            slope,
-            damped,
-            rubbed,
-            sprung,
-            ..
-        } = self.scales(step_s);
+        let scales = self.scales(step_s);
         let across_of = |vector: Plane| vector - along * along.dot(vector);
         let mut v = [Plane::ZERO; ROOM];
         let mut s = [0.0; ROOM];
@@ -342,13 +330,17 @@ impl Sliding {
         for k in 1..=ORDER {
             let lengthwise = -half_square(&e, k);
             let pulled = match k {
-                1 => pull.slope * slope,
+                1 => pull.slope * scales.slope,
                 2 => Plane::ZERO,
                 // x[k] = h v[k - 1] / k, and the velocity's order k - 1 is V[k - 3].
-                _ => v[k - 3] * (-sprung * RECIPROCAL[k]),
+                _ => v[k - 3] * (-scales.sprung * RECIPROCAL[k]),
             };
-            let known = if k >= 2 { pulled - v[k - 2] * damped } else { pulled };
-            let newest_along = (along.dot(known) - rubbed * lengthwise) * RECIPROCAL[k + 1];
+            let known = if k >= 2 {
+                pulled - v[k - 2] * scales.damped
+            } else {
+                pulled
+            };
+            let newest_along = (along.dot(known) - scales.rubbed * lengthwise) * RECIPROCAL[k + 1];
             let newest = along * newest_along + across;
             v[k - 1] = newest;
             if k == 1 {
@@ -356,7 +348,7 @@ impl Sliding {
             } else {
                 s[k - 1] = newest_along + s[0] * along.dot(e[k - 1]) + inner(&v, &e, k - 1);
             }
-            let e_across = (across_of(known) - across * (k + 1) as f64) * (1.0 / rubbed);
+            let e_across = (across_of(known) - across * (k + 1) as f64) * (1.0 / scales.rubbed);
             e[k] = along * lengthwise + e_across;
             across = e_across * s[0] + across_of(scaled(&s, &e, k));
             if let Some(share) = self.ends(newest, &mut last, k >= 4, k == ORDER) {
@@ -406,15 +398,7 @@ fn keeps_speed(speed: &[f64; ROOM], degree: usize, until: f64) -> f64 {
         return until;
     }
     // The change is a convex function of time.
-    let (mut low, mut high) = (0.0, until);
-    for _ in 0..12 {
-        let middle = 0.5 * (low + high);
-        if change(middle) <= bound {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
+    let (low, high) = halve(0.0, until, 12, |time| change(time) <= bound);
     if low > 0.0 {
         return low;
     }

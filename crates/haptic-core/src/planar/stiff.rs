@@ -6,7 +6,7 @@
 //! solved to rounding. The unknowns are speed and angle at each node: in them the equation stays mild however small the
 //! speed is. A step counts when two of half its length end alike.
 
-use super::series::{PieceMotion, Pull, Scales, Sliding, TOLERANCE_N, Vectors};
+use super::series::{PieceMotion, Pull, Sliding, TOLERANCE_N, Vectors};
 use super::vector::Plane;
 use crate::math::sqrt;
 use crate::series::{RECIPROCAL, ROOM, value};
@@ -97,13 +97,7 @@ impl Sliding {
     }
 
     fn collocated(&self, velocity: Plane, pull: &Pull, step_s: f64) -> Option<PieceMotion> {
-        let Scales {
-            share,
-            slope,
-            damped,
-            rubbed,
-            sprung,
-        } = self.scales(step_s);
+        let scales = self.scales(step_s);
         // A velocity's series under a force that acts on it alone.
         let driven = |first: f64, force: &[f64]| {
             let mut series = [0.0; ROOM];
@@ -112,19 +106,20 @@ impl Sliding {
                 let back = if k == 0 {
                     0.0
                 } else {
-                    sprung * RECIPROCAL[k] * series[k - 1]
+                    scales.sprung * RECIPROCAL[k] * series[k - 1]
                 };
-                series[k + 1] = (force.get(k).copied().unwrap_or(0.0) - damped * series[k] - back) * RECIPROCAL[k + 1];
+                series[k + 1] =
+                    (force.get(k).copied().unwrap_or(0.0) - scales.damped * series[k] - back) * RECIPROCAL[k + 1];
             }
             series
         };
-        let free_x = driven(velocity.x, &[share * pull.force.x, slope * pull.slope.x]);
-        let free_y = driven(velocity.y, &[share * pull.force.y, slope * pull.slope.y]);
+        let free_x = driven(velocity.x, &[scales.share * pull.force.x, scales.slope * pull.slope.x]);
+        let free_y = driven(velocity.y, &[scales.share * pull.force.y, scales.slope * pull.slope.y]);
         let free: Vectors = core::array::from_fn(|k| Plane::new(free_x[k], free_y[k]));
         let mut braked = [[0.0; ROOM]; STAGES];
         for (power, braked) in braked.iter_mut().enumerate() {
             let mut force = [0.0; STAGES];
-            force[power] = rubbed;
+            force[power] = scales.rubbed;
             *braked = driven(0.0, &force);
         }
         let mut weights = [[0.0; STAGES]; STAGES];
@@ -139,7 +134,7 @@ impl Sliding {
             let there = pull.force + pull.slope * (NODES[i] * step_s);
             there * (1.0 / there.length())
         });
-        let close = 1e-3 * TOLERANCE_N / self.impedance + 4.0 * f64::EPSILON * (before + rubbed);
+        let close = 1e-3 * TOLERANCE_N / self.impedance + 4.0 * f64::EPSILON * (before + scales.rubbed);
         let mut settled = false;
         for _ in 0..MAX_NEWTON {
             let rest: [Plane; STAGES] = core::array::from_fn(|i| {
@@ -191,13 +186,8 @@ impl Sliding {
         if turning * self.impedance > MAX_DIFFERENCE_N || turning > MAX_TURN * before {
             return None;
         }
-        let mut motion = PieceMotion {
-            step_s,
-            until: 1.0,
-            degree: ROOM - 1,
-            speed: [0.0; ROOM],
-            velocity: free,
-        };
+        let mut motion = PieceMotion::at_rest(step_s);
+        motion.velocity = free;
         for (power, braked) in braked.iter().enumerate() {
             let mut direction = Plane::ZERO;
             for (j, of_node) in directions.iter().enumerate() {

@@ -1,11 +1,10 @@
 //! The parts of the plane: a hand on a line of it feels what a rig of one axis renders, and a state is restored whole.
 
-use super::{PlanarEstimator, PlanarRenderer, Plane, Workspace};
+use super::{PlanarRenderer, Plane, Workspace};
 use crate::block::{Contact, Coupling, EventSink};
-use crate::friction::{Friction, Karnopp, Reseat, Viscous};
+use crate::friction::{Friction, Karnopp, Viscous};
 use crate::scene::Block;
 use crate::snapshot::{Archive, Snapshot};
-use crate::velocity::{Estimating, Method};
 use crate::{Directional, Renderer, Rendering, Scene, Scheme, Vector};
 use alloc::collections::BTreeMap;
 use alloc::string::String;
@@ -27,31 +26,6 @@ fn plane_has_its_axes_in_order() {
         y_m: [-3.0, 8.0],
     };
     assert_eq!(workspace.middle(), Plane::new(2.5, 2.5));
-}
-
-#[test]
-fn planar_estimator_forgets_what_was_before_a_reset() {
-    let new = || PlanarEstimator::new(Method::FiniteDifference, T, 1e-6);
-    let (mut used, mut fresh) = (new(), new());
-    for tick in 0..10 {
-        used.update(T, Plane::new(1.0, -2.0) * f64::from(tick));
-    }
-    used.reset();
-    for place in [Plane::new(0.1, 0.2), Plane::new(0.2, 0.1)] {
-        assert_eq!(used.update(T, place), fresh.update(T, place));
-    }
-}
-
-#[test]
-fn slide_that_goes_on_elsewhere_is_refused_in_the_plane() {
-    let refused = |reseat| {
-        let mut scene = on_device(Friction::Karnopp(Karnopp::new(4.0, 3.5)));
-        if let Friction::Karnopp(law) = &mut scene.friction {
-            law.reseat = Some(reseat);
-        }
-        PlanarRenderer::new(&scene, Scheme::Exact, T).is_err()
-    };
-    assert!(refused(Reseat::Slides) && !refused(Reseat::Continuous));
 }
 
 fn on_device(friction: Friction) -> Scene {

@@ -1,11 +1,8 @@
-//! A point, a velocity or a force in the plane, the estimator of a velocity there, and where force may flow.
+//! A point, a velocity or a force in the plane, and where force may flow.
 
 use super::renderer::PlanarRenderer;
-use crate::compensation::NoCompensator;
 use crate::math::{flush, sqrt};
-use crate::snapshot::Archive;
 use crate::vector::Vector;
-use crate::velocity::{Estimating, Estimator, Method};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// A vector of the plane, in SI units.
@@ -62,8 +59,6 @@ const CUT: f64 = 1.0 - f64::EPSILON;
 
 impl Vector for Plane {
     type Renderer = PlanarRenderer;
-    type Estimator = PlanarEstimator;
-    type Compensator = NoCompensator;
 
     const AXES: usize = 2;
     const ZERO: Self = Self::ZERO;
@@ -187,37 +182,6 @@ impl Div<f64> for Plane {
     type Output = Self;
     fn div(self, divisor: f64) -> Self {
         Self::new(self.x / divisor, self.y / divisor)
-    }
-}
-
-/// Two estimators of velocity, one an axis.
-#[derive(Clone, Copy, Debug)]
-pub struct PlanarEstimator {
-    x: Estimator,
-    y: Estimator,
-}
-
-impl Estimating<Plane> for PlanarEstimator {
-    fn new(method: Method, period_s: f64, resolution_m: f64) -> Self {
-        let axis = Estimator::new(method, period_s, resolution_m);
-        Self { x: axis, y: axis }
-    }
-
-    fn reset(&mut self) {
-        self.x.reset();
-        self.y.reset();
-    }
-
-    fn update(&mut self, elapsed_s: f64, position: Plane) -> Plane {
-        Plane::new(
-            self.x.update(elapsed_s, position.x),
-            self.y.update(elapsed_s, position.y),
-        )
-    }
-
-    fn archive(&mut self, archive: &mut Archive<'_>) {
-        archive.part("velocity", |archive| self.x.archive(archive));
-        archive.part("velocity_y", |archive| self.y.archive(archive));
     }
 }
 

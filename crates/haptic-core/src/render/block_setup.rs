@@ -1,7 +1,7 @@
 //! A block on a surface, under each of the schemes.
 
 use super::surface::Surface;
-use crate::block::{BlockState, Coupling, EventSink, Moving, PiecewiseContact, Rendered, literal, yielding};
+use crate::block::{BlockState, Body, Coupling, EventSink, Moving, PiecewiseContact, Rendered, literal, yielding};
 use crate::contact::{Contact, ContactMemory};
 use crate::scheme::Scheme;
 use crate::snapshot::Archive;
@@ -51,7 +51,9 @@ impl<M: Moving> Moving for ImplicitScheme<M> {
     fn advance(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered {
         self.0.advance_implicitly(elapsed_s, position, velocity, sink)
     }
+}
 
+impl<M: Body> Body for ImplicitScheme<M> {
     fn state(&self) -> BlockState {
         self.0.state()
     }

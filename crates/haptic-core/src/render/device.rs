@@ -2,7 +2,7 @@
 //! force is its friction.
 
 use super::legs::TickMotion;
-use crate::block::{BlockState, EventSink, Moving, Rendered};
+use crate::block::{BlockState, Body, EventSink, Moving, Rendered};
 use crate::contact::{Contact, ContactMemory, DeviceContact, EnergyMeter};
 use crate::directional::{Direction, Directional};
 use crate::snapshot::Archive;
@@ -34,7 +34,9 @@ impl Moving for ViscousSurface {
             ..Rendered::default()
         }
     }
+}
 
+impl Body for ViscousSurface {
     fn state(&self) -> BlockState {
         let mut state = BlockState::new(self.position, self.velocity, self.position, self.velocity);
         state.contact = Contact::Sliding(Direction::of(self.velocity));
@@ -138,7 +140,9 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
             work_exhausted,
         }
     }
+}
 
+impl<C: DeviceContact> Body for DeviceSurface<C> {
     fn state(&self) -> BlockState {
         let mut state = BlockState::new(self.position, self.velocity, self.position, self.velocity);
         state.contact = self.contact;

@@ -1,13 +1,11 @@
 //! The virtual calls of a tick: one moves the block, one shows it.
 
-use crate::block::{BlockState, EventSink, Moving, Rendered};
+use crate::block::{Body, EventSink, Moving, Rendered};
 use crate::contact::Contact;
-use crate::snapshot::Archive;
 use crate::vector::Vector;
 use alloc::boxed::Box;
-use core::fmt::Debug;
 
-/// What a tick shows of the block: a part of its [`BlockState`], which costs less to hand over.
+/// What a tick shows of the block: a part of its [`BlockState`](crate::block::BlockState), which costs less to hand over.
 #[derive(Clone, Copy, Debug)]
 pub struct VisibleState<V = f64> {
     /// Position of the block, m.
@@ -30,24 +28,13 @@ impl VisibleState {
 }
 
 /// A compiled scene of any kind: [`Moving`], in a form that a box can hold.
-pub(crate) trait Surface: Debug + Send + Sync {
+pub(crate) trait Surface: Body {
     /// Moves on and hears nothing.
     fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered;
     /// Moves on and reports each change of contact to `sink`.
     fn tick_with_events(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut dyn EventSink) -> Rendered;
-    /// [`Moving::state`] with its [`memory`](Moving::memory): [`set_state`](Self::set_state) goes on
-    /// from there.
-    fn state(&self) -> BlockState;
     /// The part of the state that every tick shows.
     fn shown(&self) -> VisibleState;
-    /// See [`Moving::set_state`].
-    fn set_state(&mut self, state: BlockState);
-    /// See [`Moving::at_rest`].
-    fn at_rest(&self) -> Contact;
-    /// See [`Moving::coupling_force`].
-    fn coupling_force(&self) -> f64;
-    /// See [`Moving::archive`].
-    fn archive(&mut self, archive: &mut Archive<'_>);
     /// A copy.
     fn boxed(&self) -> Box<dyn Surface>;
 }
@@ -84,41 +71,13 @@ impl<M: Moving> Surface for M {
         self.advance(elapsed_s, position, velocity, &mut Listener(sink))
     }
 
-    fn state(&self) -> BlockState {
-        BlockState {
-            memory: self.memory(),
-            ..Moving::state(self)
-        }
-    }
-
     fn shown(&self) -> VisibleState {
-        let BlockState {
-            position,
-            velocity,
-            contact,
-            ..
-        } = Moving::state(self);
+        let state = self.state();
         VisibleState {
-            position,
-            velocity,
-            contact,
+            position: state.position,
+            velocity: state.velocity,
+            contact: state.contact,
         }
-    }
-
-    fn set_state(&mut self, state: BlockState) {
-        Moving::set_state(self, state);
-    }
-
-    fn at_rest(&self) -> Contact {
-        Moving::at_rest(self)
-    }
-
-    fn coupling_force(&self) -> f64 {
-        Moving::coupling_force(self)
-    }
-
-    fn archive(&mut self, archive: &mut Archive<'_>) {
-        Moving::archive(self, archive);
     }
 
     fn boxed(&self) -> Box<dyn Surface> {

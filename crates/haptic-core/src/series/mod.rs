@@ -15,7 +15,7 @@ mod products;
 mod roots;
 
 pub(crate) use products::Products;
-pub(crate) use roots::{falls_between, first_root, root_between};
+pub(crate) use roots::{falls_between, first_root, halve, root_between};
 
 use core::ops::{Add, Mul};
 
@@ -173,43 +173,4 @@ pub(crate) trait Recurrence {
     /// The size of the coefficient of order `n + 1` of the law's own state, N, where the last one
     /// asked for was `n`.
     fn next_size(&self) -> f64;
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Checks the orders of a product one after the other.
-    macro_rules! check_orders {
-        ($a:expr, $b:expr, $($n:literal)*) => {
-            let (mut left, mut right, mut products) = (Series::ZERO, Series::ZERO, Products::ZERO);
-            $(
-                let product = (0..=$n).map(|k| $a(k) * $b($n - k)).sum::<f64>();
-                let newest = if $n == 0 { $a(0) * $b(0) } else { $a(0) * $b($n) + $a($n) * $b(0) };
-                assert_eq!(newest + inner::<$n>(&left, &right), product, "order {}", $n);
-                let square = (0..$n).skip(1).map(|k| $b(k) * $b($n - k)).sum::<f64>();
-                if $n > 0 {
-                    assert_eq!(products.inner::<$n>(), [inner::<$n>(&left, &right), square], "order {}", $n);
-                }
-                products.set($n, [$a($n), $b($n)], [$b($n); 2]);
-                left.set($n, $a($n));
-                right.set($n, $b($n));
-            )*
-        };
-    }
-
-    #[test]
-    fn a_product_is_its_two_newest_terms_and_the_inner_sum() {
-        let number = |k: i32| f64::from(k);
-        let (a, b) = (|k| 1.0 + number(k), |k| 2.0 - 0.25 * number(k * k));
-        check_orders!(a, b, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20);
-    }
-
-    #[test]
-    fn the_integral_of_a_product_is_that_of_its_terms() {
-        // (1 + 2t)(3 - t) = 3 + 5t - 2t^2.
-        let (a, b) = ([1.0, 2.0, 0.0], [3.0, -1.0, 0.0]);
-        let integral = integral_of_product(|k| a[k], |k| b[k], 0.5, 2);
-        assert!((integral - (1.5 + 0.625 - 0.25 / 3.0)).abs() < 1e-15, "{integral}");
-    }
 }

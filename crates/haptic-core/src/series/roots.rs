@@ -89,6 +89,20 @@ fn stays_positive(polynomial: &[f64; ROOM], end: f64) -> bool {
     bottom + value(&negative, end) > 0.0
 }
 
+/// Between which two places something ends that holds at `low` and not at `high`, after so many halvings.
+#[inline]
+pub(crate) fn halve(mut low: f64, mut high: f64, times: u32, holds: impl Fn(f64) -> bool) -> (f64, f64) {
+    for _ in 0..times {
+        let middle = 0.5 * (low + high);
+        if holds(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    (low, high)
+}
+
 /// The root between two places of a function that falls through zero there, by Newton's method from a guess: each
 /// step that leaves the bracket is replaced by a bisection, so that 64 always suffice. `function` gives a value and
 /// its slope; the root is found to `close`, which is the error of rounding: asking for less would chase noise.

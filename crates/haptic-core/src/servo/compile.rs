@@ -102,17 +102,13 @@ mod tests {
             panic!("both are of one law");
         };
         assert_eq!(steps.count(), 10);
-        for step in 0..=10 {
-            let between = stiff(1000.0).toward(&stiff(3000.0), f64::from(step) / 10.0);
+        for step in 0..=11 {
+            let between = stiff(1000.0).toward(&stiff(3000.0), f64::from(step.min(10)) / 10.0);
             let between = between.expect("both are of one law");
             let expected = Renderer::new(&between, Scheme::Exact, 1e-3).expect("it is valid");
             assert_eq!(coupling_force(&renderer), coupling_force(&expected), "step {step}");
             steps.advance(0.951e-3, &mut renderer);
         }
-        assert_eq!(
-            coupling_force(&renderer),
-            coupling_force(&Renderer::new(&stiff(3000.0), Scheme::Exact, 1e-3).expect("valid"))
-        );
     }
 
     #[test]

@@ -216,12 +216,7 @@ impl InputWord {
                 sequence,
                 time_ns,
                 position_m,
-                motor: match self.flags >> MOTOR & 3 {
-                    1 => Motor::Enabled,
-                    2 => Motor::Unconfirmed,
-                    3 => Motor::Off,
-                    _ => Motor::Unreported,
-                },
+                motor: Motor::ALL[usize::from(self.byte(MOTOR) & 3)],
                 buttons: self.byte(BUTTONS),
             }),
             2 => Err(DeviceError::MotorOff { watchdog: false }),

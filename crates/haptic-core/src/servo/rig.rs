@@ -328,20 +328,18 @@ mod tests {
     // hazard: H19
     #[test]
     fn rig_stop_button_stops_and_keeps_earlier_reason() {
-        let mut rig = Rig::new(0.2, 0.05);
-        rig.press_stop();
-        assert_eq!((rig.state(), rig.fault()), (RigState::Stopped, Some(Fault::StopButton)));
-        let mut stopped = Rig::new(0.2, 0.05);
-        stopped.stop();
-        stopped.press_stop();
-        assert_eq!((stopped.state(), stopped.fault()), (RigState::Stopped, None));
-        let mut faulted = Rig::new(0.2, 0.05);
-        faulted.fail(Fault::TooFast);
-        faulted.press_stop();
-        assert_eq!(
-            (faulted.state(), faulted.fault()),
-            (RigState::Faulted, Some(Fault::TooFast))
-        );
+        type Before = fn(&mut Rig);
+        let rows: [(Before, _, _); 3] = [
+            (|_| {}, RigState::Stopped, Some(Fault::StopButton)),
+            (Rig::stop, RigState::Stopped, None),
+            (|rig| rig.fail(Fault::TooFast), RigState::Faulted, Some(Fault::TooFast)),
+        ];
+        for (before, state, fault) in rows {
+            let mut rig = Rig::new(0.2, 0.05);
+            before(&mut rig);
+            rig.press_stop();
+            assert_eq!((rig.state(), rig.fault()), (state, fault));
+        }
     }
 
     // hazard: H9

@@ -9,7 +9,7 @@ use crate::sample::{DeviceError, Measurement, Motor};
 use crate::sample_clock::{ClockError, SampleClock, Stamp, seconds};
 use crate::snapshot::Archive;
 use crate::vector::Vector;
-use crate::velocity::{Estimating, Method};
+use crate::velocity::{Estimator, Method};
 
 /// Periods without a new sample after which the force decays.
 pub const SILENT_PERIODS: f64 = 3.0;
@@ -56,7 +56,8 @@ pub(super) struct Sensing<V: Vector> {
     method: Method,
     /// Nominal time between two steps, s.
     step_s: f64,
-    estimator: V::Estimator,
+    /// One for each axis; on a line the second rests.
+    estimators: [Estimator; 2],
     /// Of the hand.
     pub(super) position_m: V,
     pub(super) velocity_mps: V,
@@ -82,7 +83,7 @@ impl<V: Vector> Sensing<V> {
             method,
             step_s,
             // With its first sample every device gets an estimator of its own.
-            estimator: V::Estimator::new(method, step_s, 0.0),
+            estimators: [Estimator::new(method, step_s, 0.0); 2],
             position_m: V::ZERO,
             velocity_mps: V::ZERO,
             seen_over_s: 0.0,
@@ -102,7 +103,13 @@ impl<V: Vector> Sensing<V> {
         self.clock.archive(archive);
         self.clock_doubt.archive(archive);
         self.guard.archive(archive);
-        archive.part("velocity", |archive| self.estimator.archive(archive));
+        for (part, estimator) in ["velocity", "velocity_y"]
+            .into_iter()
+            .zip(&mut self.estimators)
+            .take(V::AXES)
+        {
+            archive.part(part, |archive| estimator.archive(archive));
+        }
         archive.vector("position_m", &mut self.position_m);
         archive.vector("velocity_mps", &mut self.velocity_mps);
         archive.number("seen_over_s", &mut self.seen_over_s);
@@ -146,7 +153,11 @@ impl<V: Vector> Sensing<V> {
         self.newest = None;
         self.clock.reset();
         self.guard.rest();
-        self.estimator.reset();
+        self.reset_velocity();
+    }
+
+    fn reset_velocity(&mut self) {
+        self.estimators.iter_mut().for_each(Estimator::reset);
     }
 
     /// Takes in a reading at a time of ours, of a device with a resolution (m). A failed or stale
@@ -221,16 +232,28 @@ impl<V: Vector> Sensing<V> {
             elapsed_s
         };
         self.position_m = sample.position_m;
-        self.velocity_mps = self.estimator.update(elapsed_s, sample.position_m);
+        self.velocity_mps = self.estimate(elapsed_s, sample.position_m);
         self.seen_over_s = elapsed_s;
         Sensed::Moved { elapsed_s }
+    }
+
+    #[inline(always)]
+    fn estimate(&mut self, elapsed_s: f64, position: V) -> V {
+        let [first, second] = &mut self.estimators;
+        let along_first = first.update(elapsed_s, position.first());
+        let along_second = if V::AXES > 1 {
+            second.update(elapsed_s, position.second())
+        } else {
+            0.0
+        };
+        V::of_axes(along_first, along_second)
     }
 
     /// The newest sample once more.
     #[inline(never)]
     fn hear_again(&mut self, newest: Newest, now_ns: u64) -> Sensed {
         if now_ns.saturating_sub(newest.read_ns) > self.stale_ns {
-            self.estimator.reset();
+            self.reset_velocity();
             return Sensed::Stale;
         }
         Sensed::Unchanged
@@ -241,13 +264,13 @@ impl<V: Vector> Sensing<V> {
     fn begin(&mut self, resolution_m: f64) {
         self.clock.reset();
         self.clock_doubt = ClockDoubt::default();
-        self.estimator = V::Estimator::new(self.method, self.step_s, resolution_m);
+        self.estimators = [Estimator::new(self.method, self.step_s, resolution_m); 2];
     }
 
     /// Without force nothing is made of a wrong time, s; with the next sample it begins again.
     #[cold]
     fn disregard_time(&mut self) -> f64 {
-        self.estimator.reset();
+        self.reset_velocity();
         0.0
     }
 

@@ -4,7 +4,7 @@ use super::rig::Rig;
 use super::sensing::Sensing;
 use super::state::{Fault, RigState};
 use super::transition::{CompiledScene, FadingScene, ForceOffset};
-use crate::compensation::{Compensating, Compensation};
+use crate::compensation::{Compensation, Compensator};
 use crate::limiter::{Limits, SafetyLimiter};
 use crate::own_motion::OwnMotion;
 use crate::passivity::{PassivityObserver, RigLosses};
@@ -41,7 +41,8 @@ pub struct Servo<V: Vector = f64> {
     pub(super) sensing: Sensing<V>,
     pub(super) limiter: SafetyLimiter<V>,
     pub(super) passivity: PassivityObserver<V>,
-    pub(super) compensator: Option<V::Compensator>,
+    /// On a line alone: in the plane a rig's friction is not compensated.
+    pub(super) compensator: Option<Compensator>,
     pub(super) offset: ForceOffset<V>,
     /// Since when the device has been commanded to have its motor off, ns.
     pub(super) off_since_ns: Option<u64>,
@@ -65,7 +66,7 @@ impl<V: Vector> Servo<V> {
             sensing: Sensing::new(settings.velocity, settings.period_s, settings.stale_ns),
             limiter: SafetyLimiter::new(settings.limits),
             passivity: PassivityObserver::new(settings.losses, settings.passivity_control_n),
-            compensator: settings.compensation.and_then(V::Compensator::new),
+            compensator: Self::compensator(settings.compensation),
             offset: ForceOffset::default(),
             off_since_ns: None,
         }
@@ -89,7 +90,11 @@ impl<V: Vector> Servo<V> {
         self.settings.losses = losses;
         self.settings.compensation = compensation;
         self.passivity = PassivityObserver::new(losses, self.settings.passivity_control_n);
-        self.compensator = compensation.and_then(V::Compensator::new);
+        self.compensator = Self::compensator(compensation);
+    }
+
+    fn compensator(compensation: Option<Compensation>) -> Option<Compensator> {
+        compensation.filter(|_| V::AXES == 1).map(Compensator::new)
     }
 
     /// Continues with other limits, also while force flows: [`SafetyLimiter::set_limits`], over the ramp of engaging.

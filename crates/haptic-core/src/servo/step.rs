@@ -8,7 +8,7 @@ use super::sensing::Sensed;
 use super::servo::Servo;
 use super::state::{Command, Fault};
 use super::transition::CompiledScene;
-use crate::compensation::{Compensating, SampledMotion};
+use crate::compensation::SampledMotion;
 use crate::limiter::NonFiniteForce;
 use crate::renderer::Rendering;
 use crate::sample::Motor;
@@ -51,25 +51,21 @@ impl<V: Vector> Servo<V> {
         self.limiter.set_device_force(inputs.device_force_limit_n);
         let elapsed_s = self.sense(inputs);
         self.check_device();
-        let Forces {
-            coupling,
-            on_hand,
-            enabled,
-        } = self.render(elapsed_s, our_elapsed_s, inputs.device_resolution_m);
+        let forces = self.render(elapsed_s, our_elapsed_s, inputs.device_resolution_m);
         let block = match &self.own_motion {
             None => self.scene.renderer.shown(),
             Some(motion) => motion.shown().along(self.motion_along),
         };
         Outputs {
-            force_n: on_hand,
-            enabled,
-            coupling_force_n: coupling,
+            force_n: forces.on_hand,
+            enabled: forces.enabled,
+            coupling_force_n: forces.coupling,
             device_position_m: self.sensing.position_m,
             device_velocity_mps: self.sensing.velocity_mps,
             block_position_m: block.position,
             block_velocity_mps: block.velocity,
             // Without force there is no surface to touch.
-            contact: if enabled { block.contact.as_number() } else { 0 },
+            contact: if forces.enabled { block.contact.as_number() } else { 0 },
             energy_excess_j: self.passivity.excess_j(),
             refused,
         }
@@ -341,15 +337,17 @@ impl<V: Vector> Servo<V> {
     fn compensate(&mut self, elapsed_s: f64, resolution: f64) -> V {
         let motion = SampledMotion {
             elapsed_s,
-            position: self.sensing.position_m,
-            velocity: self.sensing.velocity_mps,
+            position: self.sensing.position_m.first(),
+            velocity: self.sensing.velocity_mps.first(),
             resolution,
             // Not the device's own, which is measured: a replay does not know what was before it.
             period_s: self.settings.period_s,
         };
-        self.compensator
+        let force = self
+            .compensator
             .as_mut()
-            .map_or(V::ZERO, |compensator| compensator.force(motion))
+            .map_or(0.0, |compensator| compensator.force(motion));
+        V::of_axes(force, 0.0)
     }
 
     /// No force flows from this step on, or none did.
@@ -386,7 +384,7 @@ impl<V: Vector> Servo<V> {
         };
         self.limiter.passed(force);
         if let Some(compensator) = &mut self.compensator {
-            compensator.applied(force);
+            compensator.applied(force.first());
         }
         Ok(force)
     }

@@ -314,7 +314,12 @@ fn a_step_of_force_that_was_fading_is_gone_after_a_stop() {
     script.go_on(6);
     assert!(script.servo.offset.fade(0.0) != 0.0, "a step of force is fading");
     script.once.events = Event::Stop.into();
-    assert_eq!(script.next().force_n, 0.0);
+    let outputs = script.next();
+    assert_eq!((outputs.coupling_force_n, outputs.force_n), (0.0, 0.0));
+    assert_eq!(
+        outputs.block_position_m, outputs.device_position_m,
+        "the block is at the hand at once"
+    );
     assert_eq!(script.servo.offset.fade(0.0), 0.0);
 }
 
@@ -414,7 +419,11 @@ fn motor_still_on_after_timeout_raises_alarm() {
         (7 * MS, Some(Fault::StillEnabled)),
     ] {
         let mut script = Script::new(SETTINGS);
+        for _ in 0..300 {
+            script.fail(DeviceError::Disconnected);
+        }
         script.sample.motor = Motor::Enabled;
+        // The time begins with the first sample.
         script.go_on(91);
         // A release is not a reset: the time goes on.
         script.command(Command::Release);

@@ -7,7 +7,7 @@ use core::f64::consts::TAU;
 
 /// Estimates velocity as the difference of two positions over the time between them.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct FiniteDifference {
+pub(super) struct FiniteDifference {
     last: Option<f64>,
     velocity: f64,
 }
@@ -20,14 +20,11 @@ impl FiniteDifference {
         archive.number("slope_mps", &mut self.velocity);
     }
 
-    /// Forgets the past: the next sample is at rest.
-    pub fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         *self = Self::default();
     }
 
-    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
-    /// velocity, m/s.
-    pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
+    pub(super) fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         let Some(last) = self.last else {
             self.last = Some(position);
             return 0.0;
@@ -41,11 +38,11 @@ impl FiniteDifference {
 }
 
 /// Cutoff of the default filter, Hz.
-pub const DEFAULT_CUTOFF_HZ: f64 = 100.0;
+pub(super) const DEFAULT_CUTOFF_HZ: f64 = 100.0;
 
 /// Estimates velocity as a smoothed finite difference.
 #[derive(Clone, Copy, Debug)]
-pub struct LowPass {
+pub(super) struct LowPass {
     difference: FiniteDifference,
     rate: f64,
     velocity: f64,
@@ -53,8 +50,7 @@ pub struct LowPass {
 
 impl LowPass {
     /// `cutoff_hz` (Hz, > 0) is where the filter has taken away 3 dB.
-    #[must_use]
-    pub fn new(cutoff_hz: f64) -> Self {
+    pub(super) fn new(cutoff_hz: f64) -> Self {
         Self {
             difference: FiniteDifference::default(),
             rate: TAU * cutoff_hz,
@@ -67,15 +63,12 @@ impl LowPass {
         archive.number("filtered_mps", &mut self.velocity);
     }
 
-    /// Forgets the past: the next sample is at rest.
-    pub fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         self.difference.reset();
         self.velocity = 0.0;
     }
 
-    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
-    /// velocity, m/s.
-    pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
+    pub(super) fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         let raw = self.difference.update(elapsed_s, position);
         // The exact response to a velocity held since the last sample, so that an early sample
         // counts for less.

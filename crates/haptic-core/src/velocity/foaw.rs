@@ -6,11 +6,11 @@
 use crate::snapshot::Archive;
 
 /// Most samples that a window reaches back.
-pub const MAX_WINDOW: usize = 16;
+const MAX_WINDOW: usize = 16;
 
 /// How the line of a window is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fit {
+pub(super) enum Fit {
     /// From the window's first sample to its last.
     End,
     /// By least squares, and through the last sample as the line's error is judged.
@@ -19,7 +19,7 @@ pub enum Fit {
 
 /// Estimates velocity as the slope of the longest window that a line explains.
 #[derive(Clone, Copy, Debug)]
-pub struct Foaw {
+pub(super) struct Foaw {
     fit: Fit,
     tolerance_m: f64,
     /// Age (s) and position (m) of the samples before the newest, the newest first.
@@ -31,8 +31,7 @@ pub struct Foaw {
 
 impl Foaw {
     /// `resolution_m` (m) is one count of the encoder: samples may lie so far off the line.
-    #[must_use]
-    pub fn new(fit: Fit, resolution_m: f64) -> Self {
+    pub(super) fn new(fit: Fit, resolution_m: f64) -> Self {
         Self {
             fit,
             tolerance_m: resolution_m,
@@ -55,16 +54,13 @@ impl Foaw {
         archive.number("slope_mps", &mut self.velocity);
     }
 
-    /// Forgets the past: the next sample is at rest.
-    pub fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         self.kept = 0;
         self.newest = None;
         self.velocity = 0.0;
     }
 
-    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
-    /// velocity, m/s.
-    pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
+    pub(super) fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         let Some(last) = self.newest else {
             self.newest = Some(position);
             return 0.0;

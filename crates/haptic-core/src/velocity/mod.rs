@@ -10,13 +10,14 @@ mod finite_difference;
 mod foaw;
 
 pub use alpha_beta_gamma::{AlphaBetaGamma, DEFAULT_MEMORY};
-pub use finite_difference::{DEFAULT_CUTOFF_HZ, FiniteDifference, LowPass};
-pub use foaw::{Fit, Foaw, MAX_WINDOW};
+
+use finite_difference::{DEFAULT_CUTOFF_HZ, FiniteDifference, LowPass};
+use foaw::{Fit, Foaw};
 
 use crate::nearest::meant_or_semicolon;
 use crate::snapshot::Archive;
 use alloc::string::{String, ToString};
-use core::fmt::{self, Debug};
+use core::fmt;
 use core::str::FromStr;
 use thiserror::Error;
 
@@ -100,37 +101,6 @@ impl TryFrom<String> for Method {
 
     fn try_from(text: String) -> Result<Self, UnknownMethod> {
         text.parse()
-    }
-}
-
-/// Estimates the velocity of a [`Vector`](crate::Vector).
-pub trait Estimating<V>: Clone + Debug + Send {
-    /// See [`Estimator::new`].
-    fn new(method: Method, period_s: f64, resolution_m: f64) -> Self;
-    /// See [`Estimator::reset`].
-    fn reset(&mut self);
-    /// See [`Estimator::update`].
-    fn update(&mut self, elapsed_s: f64, position: V) -> V;
-    /// Saves or loads its past.
-    fn archive(&mut self, archive: &mut Archive<'_>);
-}
-
-impl Estimating<f64> for Estimator {
-    fn new(method: Method, period_s: f64, resolution_m: f64) -> Self {
-        Self::new(method, period_s, resolution_m)
-    }
-
-    fn reset(&mut self) {
-        self.reset();
-    }
-
-    #[inline(always)]
-    fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
-        self.update(elapsed_s, position)
-    }
-
-    fn archive(&mut self, archive: &mut Archive<'_>) {
-        self.archive(archive);
     }
 }
 

@@ -5,9 +5,22 @@ use haptic_core::block::{Contact, EventSink};
 use haptic_core::friction::{Friction, LAWS};
 use haptic_core::scene::{Block, Coupling};
 use haptic_core::{ParameterKey, Renderer, Scene, Scheme};
+use std::path::Path;
 
 /// Duration of a tick, s.
 pub(crate) const T: f64 = 1e-3;
+
+/// The rows of a table of numbers below `tests/data`.
+pub(crate) fn table(name: &str) -> Vec<Vec<f64>> {
+    let row = |line: &str| line.split(',').map(|cell| cell.parse().expect("a number")).collect();
+    data(&format!("{name}.csv")).lines().skip(1).map(row).collect()
+}
+
+/// A file below `tests/data`.
+pub(crate) fn data(file: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(file);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
 
 /// A law on the device itself.
 pub(crate) fn on_device(friction: Friction) -> Scene {

@@ -1,11 +1,9 @@
 //! The block in the plane: against references of two solvers in 128-bit numbers, and by properties that need none.
 
+use crate::explore::{T, table};
 use crate::random::Random;
 use haptic_core::block::{Contact, Coupling, EventSink};
 use haptic_core::planar::{IsotropicKarnopp, PlanarBlock, PlanarState, Plane};
-use std::path::Path;
-
-const T: f64 = 1e-3;
 
 /// A block, its grip and its surface.
 #[derive(Clone, Copy, Debug)]
@@ -66,15 +64,6 @@ impl EventSink for Recorder {
     }
 }
 
-fn table(name: &str) -> Vec<Vec<f64>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data/planar")
-        .join(name);
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let row = |line: &str| line.split(',').map(|cell| cell.parse().expect("a number")).collect();
-    text.lines().skip(1).map(row).collect()
-}
-
 #[test]
 fn references_are_met_with_their_events() {
     let references = [
@@ -84,8 +73,8 @@ fn references_are_met_with_their_events() {
         ("light-block-spiral", Case::new(0.001, [25_000.0, 0.5], [2.0, 1.5, 0.0])),
     ];
     for (name, case) in references {
-        let rows = table(&format!("{name}.csv"));
-        let events = table(&format!("{name}.events.csv"));
+        let rows = table(&format!("planar/{name}"));
+        let events = table(&format!("planar/{name}.events"));
         let sample = |row: &[f64]| (Plane::new(row[1], row[2]), Plane::new(row[3], row[4]));
         let mut block = case.block(Plane::new(rows[0][5], rows[0][6]), sample(&rows[0]));
         let mut recorder = Recorder::default();
@@ -283,30 +272,5 @@ fn friction_in_the_plane_creates_no_energy() {
             last_n = block.coupling_force();
         }
         assert!(last_n.length().is_finite());
-    }
-}
-
-#[test]
-fn without_friction_each_axis_is_for_itself() {
-    let case = Case::new(0.5, [1000.0, 2.0], [0.0, 0.0, 3.0]);
-    let mut random = random(1);
-    let hand = Hand {
-        kind: 1,
-        ..Hand::random(&mut random, &case)
-    };
-    let begin = hand.at(0.0);
-    let mut both = case.block(begin.0, begin);
-    let mut alone = case.block(
-        Plane::new(begin.0.x, 0.0),
-        (Plane::new(begin.0.x, 0.0), Plane::new(begin.1.x, 0.0)),
-    );
-    for tick in 1..=300 {
-        let (position, velocity) = hand.at(f64::from(tick) * T);
-        let force = both.tick(T, position, velocity, &mut ()).coupling_force;
-        let one = alone
-            .tick(T, Plane::new(position.x, 0.0), Plane::new(velocity.x, 0.0), &mut ())
-            .coupling_force;
-        assert!((force.x - one.x).abs() < 1e-12, "{tick}: {} for {}", force.x, one.x);
-        assert_eq!(one.y, 0.0);
     }
 }

@@ -1,23 +1,12 @@
 //! The six reference scenes, solved elsewhere to 30 digits by an event-driven method.
 
+use crate::explore::{data, table};
 use haptic_core::block::{BlockState, Contact};
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::scene::{Block, Coupling};
 use haptic_core::{Direction, Directional, Renderer, Scene, Scheme};
-use std::path::Path;
-
-/// One row of a reference file: t, p, v, x, w, F, contact.
-type Row = [f64; 7];
-
-fn data(file: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data/reference")
-        .join(file);
-    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
 fn scene(name: &str) -> (Scene, BlockState) {
-    let all: serde_json::Value = serde_json::from_str(&data("scenes.json")).expect("scenes.json");
+    let all: serde_json::Value = serde_json::from_str(&data("reference/scenes.json")).expect("scenes.json");
     let number = |key: &str| all[name][key].as_f64().unwrap_or_else(|| panic!("{name}: no {key}"));
     let scene = Scene {
         name: name.to_owned(),
@@ -39,20 +28,6 @@ fn scene(name: &str) -> (Scene, BlockState) {
     (scene, state)
 }
 
-fn rows(name: &str) -> Vec<Row> {
-    data(&format!("{name}.csv"))
-        .lines()
-        .skip(1)
-        .map(|line| {
-            let mut row = [0.0; 7];
-            for (cell, text) in row.iter_mut().zip(line.split(',')) {
-                *cell = text.parse().expect("a number");
-            }
-            row
-        })
-        .collect()
-}
-
 /// Largest errors over a run: position (m), force relative to max(K |p|, 1 N).
 #[derive(Debug, Default)]
 struct Errors {
@@ -63,13 +38,15 @@ struct Errors {
 
 fn run(name: &str, scheme: Scheme) -> Errors {
     let (scene, mut state) = scene(name);
-    let rows = rows(name);
+    let rows = table(&format!("reference/{name}"));
     let mut renderer = Renderer::new(&scene, scheme, 1e-3).expect("a valid scene");
     (state.device_position, state.device_velocity) = (rows[0][1], rows[0][2]);
     renderer.set_state(state);
     let mut errors = Errors::default();
     for pair in rows.windows(2) {
-        let [t, p, v, x, _, force, contact] = pair[1];
+        let [t, p, v, x, _, force, contact] = pair[1][..] else {
+            panic!("a row has seven numbers");
+        };
         let rendered = renderer.tick(t - pair[0][0], p, v);
         errors.position = errors.position.max((renderer.state().position - x).abs());
         let scale = (scene.coupling.expect("a coupling").stiffness * p.abs()).max(1.0);

@@ -1,17 +1,12 @@
 //! Known behaviour of the exact scheme: it comes to rest, holds, lets go and changes as the law says.
 
+use crate::explore::{T, changed};
 use haptic_core::block::{BlockState, Contact};
-use haptic_core::parameters::ParameterKey;
 use haptic_core::{Renderer, Scene, Scheme};
 
-const T: f64 = 1e-3;
-
+/// The paper's scene with changes.
 fn scene(changes: &[(&str, f64)]) -> Scene {
-    let changes: Vec<(ParameterKey, f64)> = changes
-        .iter()
-        .map(|&(name, value)| (name.parse().expect("a parameter"), value))
-        .collect();
-    Scene::paper().with(&changes).expect("a valid scene")
+    changed(&Scene::paper(), changes)
 }
 
 fn renderer(scene: &Scene, scheme: Scheme, position: f64, velocity: f64) -> Renderer {

@@ -68,14 +68,15 @@ fn sensitivity(block: &Renderer, elapsed_s: f64, [from, to]: Ends, scene: &Scene
 }
 
 /// What splitting ticks showed.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Found {
     worst_n: f64,
     worst_j: f64,
     wrong: u32,
+    /// Ticks that a push of [`PUSH_N`] decides.
     sensitive: u32,
+    /// Ticks at their bound of work.
     exhausted: u32,
-    worst_exhausted_n: f64,
     ticks: u32,
     where_worst: String,
 }
@@ -90,7 +91,6 @@ impl Found {
         self.ticks += 1;
         if whole.exhausted || split.exhausted {
             self.exhausted += u32::from(whole.exhausted);
-            self.worst_exhausted_n = self.worst_exhausted_n.max(error);
             return;
         }
         self.worst_j = self.worst_j.max((whole.taken_j - split.taken_j).abs());
@@ -159,25 +159,12 @@ fn explore(name: &str) -> Found {
 fn tick_cut_into_ten_gives_same_force_and_energy() {
     let mut wrong = Vec::new();
     for name in LAWS {
-        let Found {
-            worst_n,
-            worst_j,
-            wrong: ticks_wrong,
-            sensitive,
-            exhausted,
-            worst_exhausted_n,
-            ticks,
-            where_worst,
-        } = explore(name);
-        println!(
-            "{name:30} {worst_n:.1e} N, {worst_j:.0e} J at worst, {ticks_wrong} wrong of {ticks} ticks, {sensitive} \
-             that a push of 1e-11 N decides; {exhausted} at their bound, {worst_exhausted_n:.0e} N"
-        );
-        println!("    {where_worst}");
+        let found = explore(name);
+        println!("{name}: {found:?}");
+        let most = 1 + found.ticks / 100_000;
         // A slide that all but stops is as rare as a tick at its bound of work.
-        assert!(sensitive <= 1 + ticks / 100_000, "{name}: {sensitive}");
-        assert!(exhausted <= 1 + ticks / 100_000, "{name}: {exhausted}");
-        if ticks_wrong > 0 || worst_j > TOLERANCE_J {
+        assert!(found.sensitive <= most && found.exhausted <= most, "{name}: {found:?}");
+        if found.wrong > 0 || found.worst_j > TOLERANCE_J {
             wrong.push(name);
         }
     }

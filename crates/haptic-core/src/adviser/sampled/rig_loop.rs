@@ -20,6 +20,7 @@
 
 use super::{MAX_PERIODS, Sampled};
 use crate::math::exp;
+use crate::series::halve;
 
 /// Coefficients of the longest polynomial.
 const MAX_COEFFICIENTS: usize = MAX_PERIODS + 4;
@@ -139,7 +140,7 @@ impl RigLoop {
         let stable = |damping: f64| self.holds(stiffness, damping);
         let place = |k: u32| most * f64::from(k) / f64::from(PLACES);
         let below = (0..PLACES).rev().find(|k| stable(place(*k)))?;
-        Some(between(place(below), place(below + 1), stable))
+        Some(halve(place(below), place(below + 1), HALVINGS, stable).0)
     }
 }
 
@@ -165,24 +166,11 @@ fn greatest(guess: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, guess);
     for _ in 0..DOUBLINGS {
         if !holds(high) {
-            return between(low, high, holds);
+            return halve(low, high, HALVINGS, holds).0;
         }
         (low, high) = (high, 2.0 * high);
     }
     f64::INFINITY
-}
-
-/// Where something ends that holds at `low` and not at `high`: a value at which it holds.
-fn between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if holds(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    low
 }
 
 /// Whether every root of a polynomial, its lowest coefficient first, lies inside the unit circle:

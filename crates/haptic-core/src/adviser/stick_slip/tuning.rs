@@ -9,6 +9,7 @@ use crate::directional::{Direction, Directional};
 use crate::math::{exp, ln};
 use crate::parameters::{Parameter, ParameterKey};
 use crate::scene::Scene;
+use crate::series::halve;
 use alloc::vec::Vec;
 
 /// Frequencies that are asked for, Hz.
@@ -141,30 +142,17 @@ impl<'a> Tuning<'a> {
 
     /// The value between two others that gives a frequency.
     fn between(&self, low: (f64, f64), high: (f64, f64), frequency_hz: f64) -> f64 {
-        let (mut left, mut right) = (low.0, high.0);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (left + right);
-            let beyond = |found: f64| (found - frequency_hz) * (low.1 - frequency_hz) <= 0.0;
-            if self.frequency(middle).is_some_and(beyond) {
-                right = middle;
-            } else {
-                left = middle;
-            }
-        }
+        let beyond = |found: f64| (found - frequency_hz) * (low.1 - frequency_hz) <= 0.0;
+        let (left, right) = halve(low.0, high.0, HALVINGS, |middle| {
+            !self.frequency(middle).is_some_and(beyond)
+        });
         0.5 * (left + right)
     }
 
     /// The last value with stick-slip, between one that has it and one that has not, and its
     /// frequency.
-    fn edge(&self, mut with: f64, mut without: f64) -> Option<(f64, f64)> {
-        for _ in 0..HALVINGS / 2 {
-            let middle = 0.5 * (with + without);
-            if self.frequency(middle).is_some() {
-                with = middle;
-            } else {
-                without = middle;
-            }
-        }
+    fn edge(&self, with: f64, without: f64) -> Option<(f64, f64)> {
+        let (with, _) = halve(with, without, HALVINGS / 2, |middle| self.frequency(middle).is_some());
         Some((with, self.frequency(with)?))
     }
 }

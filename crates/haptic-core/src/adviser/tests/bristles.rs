@@ -4,9 +4,8 @@
 
 use super::random;
 use crate::adviser::{Check, advise};
-use crate::{Renderer, Scene, Scheme};
+use crate::{Direction, Parameter, Renderer, Scene, Scheme};
 use proptest::prelude::*;
-use std::borrow::ToOwned;
 use std::vec::Vec;
 
 /// `sigma0`, N/m.
@@ -64,24 +63,19 @@ fn scene(law: &str, [held, kinetic, sigma1, drag, velocity]: [f64; 5], direction
     let mut scene = Scene::paper();
     (scene.block, scene.coupling) = (None, None);
     let scene = scene.with_law(law).expect("a law").expect("a valid scene");
-    let other = if direction > 0.0 { '-' } else { '+' };
-    let this = if direction > 0.0 { '+' } else { '-' };
-    let mut changes = std::vec![
-        ("sigma0".to_owned(), STIFFNESS),
-        ("sigma1".to_owned(), sigma1),
-        ("ws".to_owned(), velocity)
+    let of = |direction: f64, values: [f64; 3]| {
+        let parameters = [Parameter::StaticForce, Parameter::DynamicForce, Parameter::Viscous];
+        let keys = parameters.map(|parameter| parameter.in_direction(Direction::of(direction)));
+        keys.into_iter().zip(values)
+    };
+    let both_ways = [
+        (Parameter::ContactStiffness.into(), STIFFNESS),
+        (Parameter::ContactDamping.into(), sigma1),
+        (Parameter::StribeckVelocity.into(), velocity),
     ];
-    for (name, value) in [("Fs", held), ("Fd", kinetic), ("b", drag)] {
-        changes.push((std::format!("{name}{this}"), value));
-    }
     // The other way it is passive.
-    for (name, value) in [("Fs", 2.0), ("Fd", 2.0), ("b", 0.0)] {
-        changes.push((std::format!("{name}{other}"), value));
-    }
-    let changes: Vec<_> = changes
-        .iter()
-        .map(|(name, value)| (name.parse().expect("a parameter"), *value))
-        .collect();
+    let by_direction = of(direction, [held, kinetic, drag]).chain(of(-direction, [2.0, 2.0, 0.0]));
+    let changes: Vec<_> = by_direction.chain(both_ways).collect();
     scene.with(&changes).expect("a valid scene")
 }
 

@@ -1,13 +1,13 @@
 //! The literal scheme does what the adviser says of it.
 
 use super::{find, scene};
-use crate::adviser::{Check, RigFacts, advise};
+use crate::adviser::{Check, advise};
 use crate::block::BlockState;
 use crate::{Renderer, Scene, Scheme};
 use core::num::NonZeroU32;
 use proptest::prelude::*;
 
-const T: f64 = 1e-3;
+const T: f64 = super::RIG.period_s;
 
 /// How a block that begins at a place (m) and a speed (m/s) trembles in the end: its greatest speed
 /// (m/s), and half the span of the force (N).
@@ -42,14 +42,7 @@ fn is_irregular(scene: &Scene, scheme: Scheme, speed: f64) -> bool {
 
 /// What the adviser says of it.
 fn predicted(scene: &Scene, scheme: Scheme) -> (f64, f64) {
-    let findings = advise(
-        scene,
-        scheme,
-        &RigFacts {
-            period_s: T,
-            ..super::RIG
-        },
-    );
+    let findings = advise(scene, scheme, &super::RIG);
     (
         find(&findings, Check::LimitCycle).value,
         find(&findings, Check::Ripple).value,

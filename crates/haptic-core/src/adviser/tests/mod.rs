@@ -29,6 +29,11 @@ fn find(findings: &[Finding], check: Check) -> Finding {
         .expect("it is checked")
 }
 
+/// What is found of a check by the exact scheme.
+fn exact(scene: &Scene, rig: &RigFacts, check: Check) -> Finding {
+    find(&advise(scene, Scheme::Exact, rig), check)
+}
+
 /// The paper's scene with changes.
 fn scene(changes: &[(&str, f64)]) -> Scene {
     let changes: Vec<(ParameterKey, f64)> = changes
@@ -69,12 +74,16 @@ fn the_papers_numbers_come_out() {
     let linear = find(&findings, Check::LinearStability);
     assert_eq!((linear.passes, linear.bound), (false, 20_000.0));
     let late = RigFacts { delay_s: 1e-3, ..RIG };
-    let linear = find(&advise(&scene, Scheme::Exact, &late), Check::LinearStability);
+    let linear = exact(&scene, &late, Check::LinearStability);
     assert!((linear.bound - 20_000.0 / 3.0).abs() < 1e-9);
+    // The exact scheme has no bounds of its own.
+    let of_scheme = [Check::LimitCycle, Check::LeastMass, Check::Ripple];
+    let findings = advise(&scene, Scheme::Exact, &RIG);
+    assert!(!findings.iter().any(|found| of_scheme.contains(&found.check)));
     // 0.8 N at 0.1 m/s take up 8 N s/m, and B = 10 N s/m alone can give out more.
     assert_eq!(find(&findings, Check::Friction).bound, 0.0);
-    let undamped = advise(&super::tests::scene(&[("B", 0.0)]), Scheme::Exact, &RIG);
-    assert!((find(&undamped, Check::Friction).bound - 16_000.0).abs() < 1e-9);
+    let undamped = exact(&super::tests::scene(&[("B", 0.0)]), &RIG, Check::Friction);
+    assert!((undamped.bound - 16_000.0).abs() < 1e-9);
     // 2 (0.8 N / 10 um - 10 N s/m / 1 ms).
     assert!((find(&findings, Check::Encoder).bound - 140_000.0).abs() < 1e-9);
 }
@@ -88,36 +97,33 @@ fn a_slow_rig_and_a_late_link_take_stiffness_away() {
             delay_s: times.delay_s(RIG.period_s),
             ..RIG
         };
-        find(&advise(&Scene::paper(), Scheme::Exact, &rig), Check::LinearStability).bound
+        exact(&Scene::paper(), &rig, Check::LinearStability).bound
     };
-    let times = |rate_hz: f64, round_trip_s, age_s| LinkTimes {
-        sample_period_s: 1.0 / rate_hz,
-        round_trip_s,
-        age_s,
-    };
-    // Nothing measured yet: a period of the slower side.
-    assert!((bound(times(1000.0, 0.0, 0.0)) - 20.0 / 3e-3).abs() < 1e-6);
-    assert!((bound(times(60.0, 0.0, 0.0)) - 20.0 * 60.0 / 3.0).abs() < 1e-6);
-    // 2 B / (T + 2 tau) of what was measured.
-    assert!((bound(times(1000.0, 2e-3, 0.5e-3)) - 20.0 / 5e-3).abs() < 1e-6);
-    assert!((bound(times(60.0, 1e-3, 17e-3)) - 20.0 / (1.0 / 60.0 + 2e-3)).abs() < 1e-6);
-    assert!((bound(times(60.0, 9e-3, 0.0)) - 20.0 / (1.0 / 60.0 + 18e-3)).abs() < 1e-6);
-    // Samples that come 5 ms too late are a delay like any other.
-    assert!((bound(times(1000.0, 1e-3, 7e-3)) - 20.0 / 13e-3).abs() < 1e-6);
-    // A rig that is faster than the loop is read once a tick all the same.
-    assert!((bound(times(4000.0, 1e-3, 0.0)) - 20.0 / 3e-3).abs() < 1e-6);
-}
-
-#[test]
-fn the_exact_scheme_has_no_bounds_of_its_own() {
-    let findings = advise(&Scene::paper(), Scheme::Exact, &RIG);
-    let is_of_scheme = |found: &Finding| matches!(found.check, Check::LimitCycle | Check::LeastMass | Check::Ripple);
-    assert!(!findings.iter().any(is_of_scheme));
+    // By 2 B / (T + 2 tau).
+    for (rate_hz, round_trip_s, age_s, twice_late_s) in [
+        // Nothing measured yet: a period of the slower side.
+        (1000.0, 0.0, 0.0, 3e-3),
+        (60.0, 0.0, 0.0, 3.0 / 60.0),
+        (1000.0, 2e-3, 0.5e-3, 5e-3),
+        (60.0, 1e-3, 17e-3, 1.0 / 60.0 + 2e-3),
+        (60.0, 9e-3, 0.0, 1.0 / 60.0 + 18e-3),
+        // Samples that come 5 ms too late are a delay like any other.
+        (1000.0, 1e-3, 7e-3, 13e-3),
+        // A rig that is faster than the loop is read once a tick all the same.
+        (4000.0, 1e-3, 0.0, 3e-3),
+    ] {
+        let bound = bound(LinkTimes {
+            sample_period_s: 1.0 / rate_hz,
+            round_trip_s,
+            age_s,
+        });
+        assert!((bound - 20.0 / twice_late_s).abs() < 1e-6, "{rate_hz} Hz: {bound}");
+    }
 }
 
 #[test]
 fn advice_names_the_values_and_the_fix() {
-    let message = find(&advise(&Scene::paper(), Scheme::Exact, &RIG), Check::LinearStability).to_string();
+    let message = exact(&Scene::paper(), &RIG, Check::LinearStability).to_string();
     for part in ["25000 N/m", "20000 N/m", "stiffness = 20000 N/m would fix it"] {
         assert!(message.contains(part), "{message} lacks {part}");
     }
@@ -200,55 +206,33 @@ fn a_bound_that_no_stiffness_keeps_says_what_would() {
         friction: 0.0,
         ..RIG
     };
+    let below = |damping: &str| alloc::format!("no stiffness keeps it: damping must be below {damping} N s/m first");
+    let without = |what: &str| alloc::format!("no grip keeps it without {what} of the rig's own");
     for (rig, check, ends) in [
-        (
-            light,
-            Check::Passivity,
-            "; no stiffness keeps it: damping must be below 1.0000 N s/m first",
-        ),
-        (
-            light,
-            Check::Friction,
-            "; no stiffness keeps it: damping must be below 2.5000 N s/m first",
-        ),
-        (
-            light,
-            Check::Encoder,
-            "; no stiffness keeps it: damping must be below 15.00 N s/m first",
-        ),
-        (
-            idle,
-            Check::Passivity,
-            "; no grip keeps it without damping of the rig's own",
-        ),
-        (
-            idle,
-            Check::Friction,
-            "; no grip keeps it without friction or damping of the rig's own",
-        ),
-        (
-            idle,
-            Check::Encoder,
-            "; no grip keeps it without friction of the rig's own",
-        ),
+        (light, Check::Passivity, below("1.0000")),
+        (light, Check::Friction, below("2.5000")),
+        (light, Check::Encoder, below("15.00")),
+        (idle, Check::Passivity, without("damping")),
+        (idle, Check::Friction, without("friction or damping")),
+        (idle, Check::Encoder, without("friction")),
     ] {
-        let found = find(&advise(&wall(1e5, 20.0), Scheme::Exact, &rig), check);
-        assert!(!found.passes && found.to_string().ends_with(ends), "{found}");
+        let found = |stiffness, damping| exact(&wall(stiffness, damping), &rig, check);
+        let broken = found(1e5, 20.0);
+        assert!(!broken.passes && broken.to_string().ends_with(&ends), "{broken}");
         // And it would.
-        if let Some(Fix { value, .. }) = found.fixed_below.filter(|below| below.value > 0.0) {
-            let found = find(&advise(&wall(1e5, 0.9 * value), Scheme::Exact, &rig), check);
-            let softer = found.fix.map_or(1e5, |fix| 0.99 * fix.value);
-            let found = find(&advise(&wall(softer, 0.9 * value), Scheme::Exact, &rig), check);
-            assert!(found.passes, "{found}");
+        if let Some(Fix { value, .. }) = broken.fixed_below.filter(|below| below.value > 0.0) {
+            let softer = found(1e5, 0.9 * value).fix.map_or(1e5, |fix| 0.99 * fix.value);
+            let mended = found(softer, 0.9 * value);
+            assert!(mended.passes, "{mended}");
         }
         // A soft spring leaves something for a damper.
-        let found = find(&advise(&wall(500.0, 20.0), Scheme::Exact, &rig), check);
-        if let Some(Fix { parameter, value }) = found.fix {
-            assert_eq!(parameter, Parameter::Damping);
-            let found = find(&advise(&wall(500.0, value), Scheme::Exact, &rig), check);
-            assert!(found.passes, "{found}");
-        } else {
-            assert_eq!(rig.damping + rig.friction, 0.0, "{found}");
+        let fix = found(500.0, 20.0).fix;
+        assert_eq!(fix.is_none(), rig.damping + rig.friction == 0.0, "{check:?}");
+        if let Some(Fix { parameter, value }) = fix {
+            assert!(
+                parameter == Parameter::Damping && found(500.0, value).passes,
+                "{check:?}"
+            );
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A rig against a stuck block oscillates where the adviser says so, and not where it does not.
 
-use super::{RIG, find, wall};
-use crate::adviser::{Check, RigFacts, advise};
+use super::{RIG, exact, wall};
+use crate::adviser::{Check, RigFacts};
 use crate::parameters::Parameter;
 use crate::{Renderer, Scene, Scheme};
 use proptest::prelude::*;
@@ -75,12 +75,7 @@ fn with_too_much_damping_no_stiffness_is_stable() {
         mass: Some(0.3),
         ..RIG
     };
-    let stability = |rig| {
-        find(
-            &advise(&wall(25_000.0, 500.0), Scheme::Exact, rig),
-            Check::LinearStability,
-        )
-    };
+    let stability = |rig| exact(&wall(25_000.0, 500.0), rig, Check::LinearStability);
     let finding = stability(&rig);
     assert_eq!(
         (finding.parameter, finding.unit, finding.passes),
@@ -106,7 +101,7 @@ fn a_heavy_rig_has_the_bound_of_the_formula() {
     for delay_s in [0.0, 1e-3, 2.4e-3, 0.082] {
         let of = |mass| {
             let rig = RigFacts { delay_s, mass, ..RIG };
-            find(&advise(&wall(1.0, 10.0), Scheme::Exact, &rig), Check::LinearStability).bound
+            exact(&wall(1.0, 10.0), &rig, Check::LinearStability).bound
         };
         let ratio = of(Some(1000.0)) / of(None);
         assert!((ratio - 1.0).abs() < 1e-3, "{delay_s} s: {ratio}");
@@ -123,7 +118,7 @@ proptest! {
         share in 0.02..0.95f64, periods in prop_oneof![Just(0.0), Just(1.0), 0.0..6.0f64],
     ) {
         let rig = RigFacts { delay_s: periods * 1e-3, mass: Some(mass), damping: own, ..RIG };
-        let found = |scene: &Scene| find(&advise(scene, Scheme::Exact, &rig), Check::LinearStability);
+        let found = |scene: &Scene| exact(scene, &rig, Check::LinearStability);
         // More than any rig bears.
         let most = found(&wall(1.0, 1e4)).bound;
         prop_assert!(growth(&wall(1.0, 0.98 * most), rig) <= 1.0, "damping {most}");
@@ -149,7 +144,7 @@ proptest! {
     ) {
         let bears = |power: f64| {
             let rig = RigFacts { delay_s: periods * 1e-3, mass: Some(10_f64.powf(power)), damping: own, ..RIG };
-            let found = find(&advise(&wall(1.0, damping), Scheme::Exact, &rig), Check::LinearStability);
+            let found = exact(&wall(1.0, damping), &rig, Check::LinearStability);
             if found.unit == "N/m" { found.bound } else { 0.0 }
         };
         let least = bears(powers.0).min(bears(powers.1));

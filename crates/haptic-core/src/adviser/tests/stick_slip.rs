@@ -2,7 +2,6 @@
 
 use super::scene;
 use crate::adviser::{StickSlipError, static_force_for, stick_slip, stiffness_for};
-use crate::block::EventSink;
 use crate::contact::Contact;
 use crate::{Renderer, Scene, Scheme};
 use proptest::prelude::*;
@@ -41,36 +40,26 @@ fn without_damping_the_period_is_the_closed_form() {
 
 /// Breakaways a second of a hand that pulls at a velocity (m/s) for long, at 1 kHz, and the mean force (N).
 fn pulled(scene: &Scene, velocity: f64) -> (f64, f64) {
-    #[derive(Default)]
-    struct Breakaways {
-        from_s: f64,
-        at_s: Vec<f64>,
-        slides: bool,
-    }
-    impl EventSink for Breakaways {
-        fn contact_changed(&mut self, at_s: f64, from: Contact, to: Contact) {
-            self.slides = to != Contact::Stuck;
-            if from == Contact::Stuck {
-                self.at_s.push(self.from_s + at_s);
-            }
-        }
-    }
     let tick_s = 1e-3;
     let mut renderer = Renderer::new(scene, Scheme::Exact, tick_s).expect("a valid scene");
     renderer.start_at(0.0, 0.0);
     renderer.tick(1e3, 0.0, 0.0);
-    let (mut breakaways, mut sum, mut count) = (Breakaways::default(), 0.0, 0.0);
+    let (mut late, mut sum, mut count) = (Vec::new(), 0.0, 0.0);
     let ticks = 40_000;
     for tick in 1..=ticks {
-        breakaways.from_s = f64::from(tick - 1) * tick_s;
+        let from_s = f64::from(tick - 1) * tick_s;
+        let mut hear = |at_s: f64, from: Contact, _: Contact| {
+            if from == Contact::Stuck && from_s + at_s > 20.0 {
+                late.push(from_s + at_s);
+            }
+        };
         let force = renderer
-            .tick_with_events(tick_s, velocity * f64::from(tick) * tick_s, velocity, &mut breakaways)
+            .tick_with_events(tick_s, velocity * f64::from(tick) * tick_s, velocity, &mut hear)
             .coupling_force;
         if tick > ticks / 2 {
             (sum, count) = (sum + force, count + 1.0);
         }
     }
-    let late: Vec<f64> = breakaways.at_s.into_iter().filter(|at| *at > 20.0).collect();
     let frequency = match late.as_slice() {
         [first, .., last] => (late.len() - 1) as f64 / (last - first),
         _ => 0.0,

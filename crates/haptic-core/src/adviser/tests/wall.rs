@@ -2,9 +2,9 @@
 //! for does. They go straight from sample to sample, to and fro at every frequency up to half the
 //! rate, or at random.
 
-use super::{RIG, find, random, wall};
+use super::{RIG, exact, random, wall};
 use crate::adviser::sampled::Sampled;
-use crate::adviser::{Check, EXPLORING_SPEED_MPS, RigFacts, advise};
+use crate::adviser::{Check, EXPLORING_SPEED_MPS, RigFacts};
 use crate::{Renderer, Scene, Scheme};
 use core::f64::consts::PI;
 use proptest::prelude::*;
@@ -95,7 +95,7 @@ proptest! {
     ) {
         let rig = RigFacts { delay_s: T * delay as f64, ..NOTHING };
         let scene = wall(stiffness, damping);
-        let needed = find(&advise(&scene, Scheme::Exact, &rig), Check::Passivity).bound;
+        let needed = exact(&scene, &rig, Check::Passivity).bound;
         let inside = RigFacts { damping: needed * (1.0 + 1e-6), ..rig };
         let hands = frequencies().map(|theta| taken(&scene, &inside, delay, sine(theta)));
         let least = hands.fold(taken(&scene, &inside, delay, anywhere(seed, 1e-3)), f64::min);
@@ -112,7 +112,7 @@ proptest! {
         seed in any::<u64>(),
     ) {
         let rig = RigFacts { delay_s: T * delay as f64, friction, damping: own, ..NOTHING };
-        let bound = find(&advise(&wall(1.0, damping), Scheme::Exact, &rig), Check::Friction).bound;
+        let bound = exact(&wall(1.0, damping), &rig, Check::Friction).bound;
         prop_assume!(bound > 100.0);
         let inside = wall(0.99 * bound, damping);
         let hands = (1..200).map(|periods| taken(&inside, &rig, delay, to_and_fro(periods)));
@@ -134,7 +134,7 @@ proptest! {
         seed in any::<u64>(),
     ) {
         let rig = RigFacts { friction, resolution: count, ..RIG };
-        let bound = find(&advise(&wall(1.0, damping), Scheme::Exact, &rig), Check::Encoder).bound;
+        let bound = exact(&wall(1.0, damping), &rig, Check::Encoder).bound;
         // A scene has 3 MN/m at most.
         prop_assume!(bound > 10.0 && bound < 2.9e6);
         let enough = |stiffness| RigFacts { damping: stiffness * T / 2.0 + damping, ..rig };

@@ -8,6 +8,7 @@ use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
 use crate::directional::{Direction, Directional};
 use crate::math::flush;
+use crate::series::halve;
 use crate::snapshot::Archive;
 use alloc::sync::Arc;
 
@@ -54,15 +55,6 @@ impl<M: MasterLaw> PathBristle<M> {
             };
             -most.min(FARTHEST)
         });
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if law.rate(middle) >= 0.5 {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
         Self {
             law,
             path: Arc::new(MasterPath::new(&law, start)),
@@ -70,7 +62,7 @@ impl<M: MasterLaw> PathBristle<M> {
             stiffness,
             damping,
             viscous,
-            half_elastic: low,
+            half_elastic: halve(0.0, 1.0, 60, |u| law.rate(u) >= 0.5).0,
             force: 0.0,
             place: None,
         }

@@ -10,7 +10,7 @@ use crate::contact::state::StaticLimit;
 use crate::contact::yielding::YieldingContact;
 use crate::directional::Direction;
 use crate::math::flush;
-use crate::series::root_between;
+use crate::series::{halve, root_between};
 
 /// Most slides that begin and end on a leg one by one. Where there are more, the spring is found
 /// somewhere between the friction of a slide and its limit.
@@ -69,16 +69,7 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
         let falls = |share: f64| beyond(share + step) < beyond(share);
         let mut top = 1.0;
         if leg.to_speed < leg.from_speed && falls(1.0 - step) {
-            let (mut low, mut high) = (0.0, 1.0 - step);
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (low + high);
-                if falls(middle) {
-                    high = middle;
-                } else {
-                    low = middle;
-                }
-            }
-            top = high;
+            top = halve(0.0, 1.0 - step, HALVINGS, |share| !falls(share)).1;
         }
         if beyond(top) < 0.0 {
             return None;

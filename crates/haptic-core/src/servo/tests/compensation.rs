@@ -18,7 +18,7 @@ const STEP_S: f64 = 1e-3;
 /// Steps of the handle's motion in one of the servo.
 const SUB_STEPS: u32 = 50;
 
-fn compensation(share: f64) -> Compensation {
+pub(super) fn compensation(share: f64) -> Compensation {
     Compensation {
         share,
         friction: RigFriction {

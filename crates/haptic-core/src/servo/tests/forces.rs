@@ -92,15 +92,6 @@ fn force_is_scene_force_at_hand_times_ramp_gain() {
     }
 }
 
-#[test]
-fn stop_zeroes_force_and_moves_block_to_hand_at_once() {
-    let mut script = Script::engaged(PLAIN);
-    script.once.events = Event::Stop.into();
-    let outputs = script.next();
-    assert_eq!((outputs.coupling_force_n, outputs.force_n), (0.0, 0.0));
-    assert_eq!(outputs.block_position_m, outputs.device_position_m);
-}
-
 // hazard: H16
 #[test]
 fn force_decays_after_three_silent_periods_and_returns() {

@@ -1,9 +1,9 @@
 //! A motion of the rig's own in the place of the scene.
 
+use super::compensation::compensation;
 use super::*;
-use crate::compensation::{Compensation, MAX_SHARE};
-use crate::rig_friction::RigFriction;
-use crate::{Course, Directional, Excitation, MotionEnd, OwnMotion};
+use crate::compensation::MAX_SHARE;
+use crate::{Course, Excitation, MotionEnd, OwnMotion};
 
 const EXCITATION: Excitation = Excitation {
     course: Course::Sweep {
@@ -30,16 +30,7 @@ fn excitation() -> OwnMotion {
 fn nothing_is_added_to_the_force_of_a_motion() {
     let mut script = Script::new(Settings {
         passivity_control_n: 5.0,
-        compensation: Some(Compensation {
-            share: MAX_SHARE,
-            friction: RigFriction {
-                mass: 1.0,
-                dynamic_force: Directional::both(3.0),
-                viscous: Directional::both(5.0),
-                cogging: None,
-                uncertainty: None,
-            },
-        }),
+        compensation: Some(compensation(MAX_SHARE)),
         ..SETTINGS
     });
     script.go_on(10);

@@ -177,28 +177,22 @@ fn unwritable_device_disconnects_and_returns_without_force() {
 }
 
 #[test]
-fn reconnected_device_starts_anew_despite_same_sequence() {
-    let mut script = Script::new(PLAIN);
-    script.go_on(50);
-    script.fail(DeviceError::Disconnected);
-    assert_eq!(script.servo.state(), RigState::Disconnected);
-    script.sample.position_m = 0.7;
-    let outputs = script.repeat();
-    assert_eq!(outputs.device_position_m, 0.7);
-    assert_eq!(ended(&script), (RigState::Idle, None));
-    assert_eq!(outputs.device_velocity_mps, 0.0, "nothing is known of its motion");
-}
-
-#[test]
-fn another_device_may_start_at_any_position_and_time() {
-    let mut script = Script::engaged(PLAIN);
-    script.servo.forget_device();
-    script.sample.position_m = 0.7;
-    script.sample.time_ns = 7;
-    let outputs = script.repeat();
-    assert_eq!(outputs.device_position_m, 0.7);
-    assert_eq!(outputs.device_velocity_mps, 0.0);
-    assert_eq!(ended(&script), (RigState::Engaged, None));
+fn reconnected_or_other_device_starts_at_any_place_and_time() {
+    for (is_other, state) in [(false, RigState::Idle), (true, RigState::Engaged)] {
+        let mut script = Script::engaged(PLAIN);
+        if is_other {
+            script.servo.forget_device();
+        } else {
+            script.fail(DeviceError::Disconnected);
+            assert_eq!(script.servo.state(), RigState::Disconnected);
+        }
+        // Of the same sequence.
+        (script.sample.position_m, script.sample.time_ns) = (0.7, 7);
+        let outputs = script.repeat();
+        assert_eq!(outputs.device_position_m, 0.7);
+        assert_eq!(outputs.device_velocity_mps, 0.0, "nothing is known of its motion");
+        assert_eq!(ended(&script), (state, None));
+    }
 }
 
 #[test]
@@ -384,19 +378,6 @@ fn a_motor_is_an_alarm_only_where_it_stays_on_without_force() {
         let fault = alarmed.then_some(Fault::StillEnabled);
         assert_eq!(script.servo.fault(), fault, "{motor:?}, {live}");
     }
-}
-
-#[test]
-fn motor_off_timeout_starts_at_first_sample() {
-    let mut script = Script::new(PLAIN);
-    for _ in 0..300 {
-        script.fail(DeviceError::Disconnected);
-    }
-    script.sample.motor = Motor::Enabled;
-    script.go_on(101);
-    assert_eq!(script.servo.fault(), None);
-    script.go_on(1);
-    assert_eq!(script.servo.fault(), Some(Fault::StillEnabled));
 }
 
 #[test]
