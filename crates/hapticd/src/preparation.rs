@@ -53,15 +53,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         .flatten();
     #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
     let period_s = config.period_ns as f64 * 1e-9;
-    let losses = default_losses(&config.rig);
-    let (mass, hand) = match &config.rig {
-        RigChoice::Fake(rig) => (
-            Some(rig.properties().mass_kg),
-            rig.pointer().cloned().map(PointerHand::new),
-        ),
-        RigChoice::FakePlane(rig) => (Some(rig.properties().mass_kg), None),
-        RigChoice::Linked(_) => (None, None),
-    };
+    let (mass, losses, hand) = known_of(&config.rig);
     let scene = config.scene.clone().on(None);
     let may_be_the_rigs = config.scene.has_coupling_of_rig() || scene == Scene::light_block();
     let servo_settings = servo_settings(&config, period_s, losses);
@@ -199,22 +191,22 @@ fn claim_processor(cpu: Option<usize>, status: &mut RealTimeStatus) -> Option<Pr
     }
 }
 
-/// What a rig takes up as far as nothing is known of it.
-fn default_losses(rig: &RigChoice) -> RigLosses {
-    match rig {
-        RigChoice::Fake(rig) => RigLosses {
-            damping: rig.properties().damping_ns_per_m,
-            friction: rig.properties().friction_n,
-        },
-        RigChoice::FakePlane(rig) => RigLosses {
-            damping: rig.properties().damping_ns_per_m,
-            friction: rig.properties().friction_n,
-        },
-        RigChoice::Linked(_) => RigLosses {
-            damping: 0.0,
-            friction: 0.0,
-        },
-    }
+/// What a rig is known to be as far as its files say nothing: its mass, kg; what it takes up; and the hand on it that
+/// clients move.
+fn known_of(rig: &RigChoice) -> (Option<f64>, RigLosses, Option<PointerHand>) {
+    let (mass_kg, damping, friction, hand) = match rig {
+        RigChoice::Fake(rig) => {
+            let known = rig.properties();
+            (known.mass_kg, known.damping_ns_per_m, known.friction_n, rig.pointer())
+        }
+        RigChoice::FakePlane(rig) => {
+            let known = rig.properties();
+            (known.mass_kg, known.damping_ns_per_m, known.friction_n, None)
+        }
+        RigChoice::Linked(_) => return (None, RigLosses::default(), None),
+    };
+    let hand = hand.cloned().map(PointerHand::new);
+    (Some(mass_kg), RigLosses { damping, friction }, hand)
 }
 
 /// A device of one axis or of two.

@@ -185,25 +185,19 @@ mod tests {
     }
 
     // hazard: H24
-    #[test]
-    fn full_places_send_away_the_longest_silent_newcomer() {
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_time()
-            .build()
-            .expect("a runtime");
-        runtime.block_on(async {
-            let places = Places::within(1000, 1);
-            let mut newcomers = Vec::new();
-            for _ in 0..MAX_NEWCOMERS {
-                newcomers.push(places.admit().await);
-            }
-            newcomers[0].asks_for_a_stop();
-            places.send_one_away().await;
-            let mut sent_away = Vec::new();
-            for newcomer in &newcomers[..3] {
-                sent_away.push(tokio::time::timeout(Duration::ZERO, newcomer.over()).await.is_ok());
-            }
-            assert_eq!(sent_away, [false, true, false], "the first has asked for a stop");
-        });
+    #[tokio::test]
+    async fn full_places_send_away_the_longest_silent_newcomer() {
+        let places = Places::within(1000, 1);
+        let mut newcomers = Vec::new();
+        for _ in 0..MAX_NEWCOMERS {
+            newcomers.push(places.admit().await);
+        }
+        newcomers[0].asks_for_a_stop();
+        places.send_one_away().await;
+        let mut sent_away = Vec::new();
+        for newcomer in &newcomers[..3] {
+            sent_away.push(tokio::time::timeout(Duration::ZERO, newcomer.over()).await.is_ok());
+        }
+        assert_eq!(sent_away, [false, true, false], "the first has asked for a stop");
     }
 }
