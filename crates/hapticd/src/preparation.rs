@@ -51,12 +51,10 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         .keep_cpus_awake
         .then(|| privileges::keep_cpus_awake(&mut status))
         .flatten();
-    #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
-    let period_s = config.period_ns as f64 * 1e-9;
     let (mass, losses, hand) = known_of(&config.rig);
     let scene = config.scene.clone().on(None);
     let may_be_the_rigs = config.scene.has_coupling_of_rig() || scene == Scene::light_block();
-    let servo_settings = servo_settings(&config, period_s, losses);
+    let servo_settings = Settings { losses, ..config.servo };
     let (control, loop_side) = hand_over(if config.kinematics.is_some() {
         2 * RECORDS
     } else {
@@ -64,9 +62,9 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
     });
     let timing = LoopTiming {
         period_ns: config.period_ns,
-        stale_ns: config.watches.stale_ns,
+        stale_ns: config.servo.stale_ns,
     };
-    let (lateness, control_timeout_ns) = (Lateness::new(config.late_policy), config.watches.control_timeout_ns);
+    let (lateness, control_timeout_ns) = (Lateness::new(config.late_policy), config.control_timeout_ns);
     let (device, link) = prepare_device(config.rig, config.kinematics, timing);
     let is_linked = link.is_some();
     let (tick, description, resolution) = match device {
@@ -100,7 +98,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         share,
         keeper: None,
         rig: RigFacts {
-            period_s,
+            period_s: config.servo.period_s,
             // A rig in this process is read and written in the same tick; the times of a link are
             // measured.
             sample_period_s: 0.0,
@@ -115,7 +113,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         hand,
         link: monitor,
         period_ns: config.period_ns,
-        ramp: Duration::from_secs_f64(config.ramp_s),
+        ramp: Duration::from_secs_f64(config.servo.ramp_s),
         rules: config.rules,
         state_dir: config.state_dir,
         scheme: config.scheme,
@@ -154,23 +152,6 @@ fn first_servo<V: Vector>(
         servo.disconnect();
     }
     Ok(servo)
-}
-
-fn servo_settings(config: &Config, period_s: f64, losses: RigLosses) -> Settings {
-    Settings {
-        period_s,
-        ramp_s: config.ramp_s,
-        limits: config.limits,
-        losses,
-        passivity_control_n: config.passivity_control_n,
-        velocity: config.velocity,
-        stale_ns: config.watches.stale_ns,
-        stop_button: config.watches.stop_button,
-        enable_button: config.watches.enable_button,
-        workspace: config.kinematics.and_then(|kinematics| kinematics.workspace().copied()),
-        // Until a rig is engaged whose friction is known.
-        compensation: None,
-    }
 }
 
 /// Claims a share of the processor that the loop will be pinned to.

@@ -11,7 +11,9 @@ use device_boards::Address;
 use device_io::kinematics::Kinematics;
 
 use haptic_core::limiter::Limits;
+use haptic_core::passivity::RigLosses;
 use haptic_core::scene::SceneFile;
+use haptic_core::servo::Settings;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
 use nix::unistd::{Gid, Group};
@@ -28,20 +30,6 @@ fn find_group(wanted: &str) -> Option<Group> {
         Err(_) => Group::from_name(wanted),
     };
     found.ok().flatten()
-}
-
-/// Conditions that must last for force to flow.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Watches {
-    /// Longest time for which a device may repeat its last sample, or the loop may stall while
-    /// force flows, ns.
-    pub(crate) stale_ns: u64,
-    /// Longest time without a beat of the control thread, ns.
-    pub(crate) control_timeout_ns: u64,
-    /// Button of the rig that stops it, by its bit.
-    pub(crate) stop_button: Option<u8>,
-    /// Button of the rig that must be held down for force to flow, by its bit.
-    pub(crate) enable_button: Option<u8>,
 }
 
 /// Where metrics are published.
@@ -73,11 +61,10 @@ pub(crate) struct Config {
     pub(crate) state_dir: PathBuf,
     pub(crate) rules: EngageRules,
     pub(crate) scheme: Scheme,
-    pub(crate) velocity: Method,
-    pub(crate) limits: Limits,
-    pub(crate) passivity_control_n: f64,
-    pub(crate) ramp_s: f64,
-    pub(crate) watches: Watches,
+    /// Settings of the servo, but for what the rig takes up.
+    pub(crate) servo: Settings,
+    /// Longest time without a beat of the control thread, ns.
+    pub(crate) control_timeout_ns: u64,
     pub(crate) device: Address,
     /// How the motors of a rig of two axes move the hand.
     pub(crate) kinematics: Option<Kinematics>,
@@ -136,10 +123,11 @@ impl Options {
         let spin_ns = self.spin_ns()?;
         let scene = self.starting_scene()?;
         #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000")]
+        let period_s = period_ns as f64 * 1e-9;
         scene
             .clone()
             .on(None)
-            .validate_rate(period_ns as f64 * 1e-9)
+            .validate_rate(period_s)
             .map_err(ConfigError::StartScene)?;
         let socket = haptic_ipc::socket_path::for_server(self.socket.as_deref());
         if let Some(path) = self.watch_socket.as_ref().filter(|path| **path == socket) {
@@ -149,12 +137,15 @@ impl Options {
             .socket_group
             .as_ref()
             .map(|name| find_group(name).ok_or_else(|| ConfigError::NoSuchGroup(name.clone())));
+        let socket_group = group.transpose()?;
+        let metrics = self.metrics()?;
+        let (servo, control_timeout_ns) = self.servo(period_s, kinematics)?;
         Ok(Config {
             source,
             socket,
-            socket_group: group.transpose()?,
+            socket_group,
             watch_socket: self.watch_socket.clone(),
-            metrics: self.metrics()?,
+            metrics,
             period_ns,
             cpu: self.cpu.or_else(|| default_cpu(available_cpus)),
             available_cpus: available_cpus.to_vec(),
@@ -178,11 +169,8 @@ impl Options {
                 allow_no_watchdog: self.allow_no_watchdog.unwrap_or(false),
             },
             scheme: self.scheme.map_or(Scheme::Exact, |name| name.0),
-            velocity: self.velocity.map_or(Method::default(), |name| name.0),
-            limits: self.limits()?,
-            passivity_control_n: within("passivity-control-n", self.passivity_control_n, 0.0, 0.0, 100.0, "N")?,
-            ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,
-            watches: self.watches()?,
+            servo,
+            control_timeout_ns,
             kinematics,
             rig: match (device.connector(), kinematics) {
                 (None, None) => RigChoice::Fake(Box::new(self.fake_rig()?)),
@@ -310,7 +298,9 @@ impl Options {
         })
     }
 
-    fn watches(&self) -> Result<Watches, ConfigError> {
+    /// Settings of the servo, but for what the rig takes up; and the longest time without a beat of the control thread,
+    /// ns.
+    fn servo(&self, period_s: f64, kinematics: Option<Kinematics>) -> Result<(Settings, u64), ConfigError> {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -328,27 +318,29 @@ impl Options {
                 unit: "",
             }),
         };
-        Ok(Watches {
-            // Nobody holds the rig of the demo, and a newcomer builds the clients meanwhile.
-            stale_ns: ns(within(
-                "stale-ms",
-                self.stale_ms,
-                if self.demo { 500.0 } else { 20.0 },
-                1.0,
-                1000.0,
-                "ms",
-            )?),
-            control_timeout_ns: ns(within(
-                "control-timeout-ms",
-                self.control_timeout_ms,
-                250.0,
-                50.0,
-                10_000.0,
-                "ms",
-            )?),
+        let limits = self.limits()?;
+        let passivity_control_n = within("passivity-control-n", self.passivity_control_n, 0.0, 0.0, 100.0, "N")?;
+        let ramp_s = within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3;
+        // Nobody holds the rig of the demo, and a newcomer builds the clients meanwhile.
+        let stale_ms = if self.demo { 500.0 } else { 20.0 };
+        let stale_ns = ns(within("stale-ms", self.stale_ms, stale_ms, 1.0, 1000.0, "ms")?);
+        let timeout_ms = self.control_timeout_ms;
+        let control_timeout_ns = ns(within("control-timeout-ms", timeout_ms, 250.0, 50.0, 10_000.0, "ms")?);
+        let settings = Settings {
+            period_s,
+            ramp_s,
+            limits,
+            losses: RigLosses::default(),
+            passivity_control_n,
+            velocity: self.velocity.map_or(Method::default(), |name| name.0),
+            stale_ns,
             stop_button: button("stop-button", self.stop_button)?,
             enable_button: button("enable-button", self.enable_button)?,
-        })
+            workspace: kinematics.and_then(|kinematics| kinematics.workspace().copied()),
+            // Until a rig is engaged whose friction is known.
+            compensation: None,
+        };
+        Ok((settings, control_timeout_ns))
     }
 
     fn starting_scene(&self) -> Result<SceneFile, ConfigError> {

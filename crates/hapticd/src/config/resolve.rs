@@ -64,7 +64,7 @@ impl Configuration {
         let mut needs_restart = self.begun_with.changed_in(&again.begun_with);
         needs_restart.retain(|name| !LIMITS.contains(&name.as_str()));
         Ok(ReloadedLimits {
-            limits: again.check()?.limits,
+            limits: again.check()?.servo.limits,
             needs_restart,
         })
     }

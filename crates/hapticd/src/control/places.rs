@@ -41,16 +41,6 @@ pub(super) struct Newcomer {
 }
 
 impl Newcomer {
-    /// One that has just come, where all places are taken.
-    fn new(places: usize) -> Self {
-        Self {
-            since: Instant::now(),
-            places,
-            stops: Cell::new(false),
-            away: Notify::new(),
-        }
-    }
-
     /// It asks for a stop: it stays until it has its answer.
     pub(super) fn asks_for_a_stop(&self) {
         self.stops.set(true);
@@ -121,7 +111,12 @@ impl Places {
         while self.newcomers.borrow().len() >= self.most_newcomers {
             self.send_one_away().await;
         }
-        let newcomer = Rc::new(Newcomer::new(self.most_clients));
+        let newcomer = Rc::new(Newcomer {
+            since: Instant::now(),
+            places: self.most_clients,
+            stops: Cell::new(false),
+            away: Notify::new(),
+        });
         self.newcomers.borrow_mut().push_back(Rc::clone(&newcomer));
         newcomer
     }

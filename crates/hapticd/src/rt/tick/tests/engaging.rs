@@ -25,6 +25,31 @@ fn force_begins_on_engaging_and_ends_with_a_stop() {
 }
 
 #[test]
+fn engaging_begins_without_force_wherever_and_whenever_it_comes() {
+    // In the very first tick, far from the origin; and after a device that was gone has come back
+    // elsewhere.
+    let away = || std::iter::repeat_n(Err(DeviceError::Disconnected), 1);
+    let readings = std::iter::repeat_n(Ok(-0.03), 50)
+        .chain(away())
+        .chain(std::iter::repeat_n(Ok(0.4), 50));
+    let mut bench = bench(readings);
+    let still = |bench: &mut Bench| {
+        bench.serial += 1;
+        bench.inbox.command(bench.serial, Command::Engage, bench.shared.stops());
+        for _ in 0..30 {
+            let record = bench.tick();
+            assert_eq!((record.coupling_force, record.command_force), (0.0, 0.0), "{record:?}");
+        }
+        assert_eq!(bench.tick().state, RigState::Engaged);
+    };
+    still(&mut bench);
+    bench.ticks(50 - 31);
+    assert_eq!(bench.tick().state, RigState::Disconnected);
+    assert_eq!(bench.tick().state, RigState::Idle);
+    still(&mut bench);
+}
+
+#[test]
 fn passivity_controller_force_grows_with_the_ramp() {
     const CONTROL_N: f64 = 3.0;
     // A hand that trembles on a stiff coupling, along a ramp of a second.
