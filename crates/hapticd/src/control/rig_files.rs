@@ -247,9 +247,9 @@ impl RigFolder {
     }
 }
 
-fn cannot_write(why: String) -> WireError {
-    let message = format!("{why}; --state-dir names another directory");
-    WireError::new(ErrorCode::StateFile, message)
+fn cannot_write(mut why: String) -> WireError {
+    why.push_str("; --state-dir names another directory");
+    WireError::new(ErrorCode::StateFile, why)
 }
 
 fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String> {
