@@ -375,6 +375,13 @@ mod tests {
     }
 
     #[test]
+    fn buttons_are_counted_from_one() {
+        let options = options(&["--stop-button", "1", "--enable-button", "8"]);
+        let (settings, _) = options.servo(1e-3, None).expect("it holds");
+        assert_eq!((settings.stop_button, settings.enable_button), (Some(0), Some(7)));
+    }
+
+    #[test]
     fn a_bad_option_is_refused_by_its_name_value_limit_and_unit() {
         for (arguments, parts) in [
             (vec!["--rate", "50"], vec!["rate", "50", "100", "20000", "Hz"]),

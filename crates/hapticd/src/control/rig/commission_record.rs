@@ -323,6 +323,12 @@ mod tests {
     use super::*;
     use crate::control::rig_files::tests::{device, origin};
 
+    #[test]
+    fn each_motor_has_a_record_of_its_own() {
+        let [first, second] = [0, 1].map(|motor| of_motor(device(), motor).rig.key);
+        assert_ne!(first, second);
+    }
+
     // hazard: H13
     #[tokio::test]
     async fn a_motor_that_moved_the_wrong_way_withdraws_its_record() {
