@@ -249,17 +249,18 @@ mod tests {
         }
     }
 
+    /// The words of a line, as a shell splits it.
+    fn words(line: &str) -> Vec<String> {
+        let quoted = line.split('\'').enumerate();
+        let parts = quoted.flat_map(|(index, part)| match index % 2 {
+            0 => part.split_whitespace().map(str::to_owned).collect(),
+            _ => vec![part.to_owned()],
+        });
+        parts.collect()
+    }
+
     #[test]
     fn every_example_can_be_typed() {
-        /// The words of a line, as a shell splits it.
-        fn words(line: &str) -> Vec<String> {
-            let quoted = line.split('\'').enumerate();
-            let parts = quoted.flat_map(|(index, part)| match index % 2 {
-                0 => part.split_whitespace().map(str::to_owned).collect(),
-                _ => vec![part.to_owned()],
-            });
-            parts.collect()
-        }
         fn check(command: &clap::Command) -> usize {
             let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
             let examples = help.lines().filter(|line| line.starts_with("  haptic-ctl "));
@@ -302,19 +303,8 @@ mod tests {
         command.build();
         assert!(check(&command) >= 4);
         for number in ["-2e-5", "-2E-5", "-.5", "-3"] {
-            let read = Arguments::try_parse_from([
-                "haptic-ctl",
-                "simulate",
-                "s.toml",
-                "--motion",
-                "m.csv",
-                "--out",
-                "o.csv",
-                "--block-position",
-                number,
-                "--block-velocity",
-                number,
-            ]);
+            let line = "haptic-ctl simulate s.toml --motion m.csv --out o.csv --block-velocity";
+            let read = Arguments::try_parse_from(words(&format!("{line} {number} --block-position {number}")));
             assert!(read.is_ok(), "{number}: {read:?}");
         }
     }

@@ -99,10 +99,7 @@ impl Changes {
 fn changed(scene: &Scene, key: ParameterKey, change: RelativeChange) -> Directional {
     match (scene.value(key.parameter), key.direction) {
         (Some(value), Some(direction)) => Directional::both(change.of(value.get(direction))),
-        (Some(value), None) => Directional {
-            positive: change.of(value.positive),
-            negative: change.of(value.negative),
-        },
+        (Some(value), None) => Directional::new(change.of(value.positive), change.of(value.negative)),
         // The scene refuses it, because it does not have the parameter.
         (None, _) => Directional::both(key.parameter.info().min),
     }

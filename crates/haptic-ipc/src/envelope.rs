@@ -115,7 +115,10 @@ mod tests {
                 "scene.save" => r#","name":"mine","scene":7"#,
                 "scene.delete" => r#","name":"mine""#,
                 "scene.rename" => r#","name":"mine","to":"yours""#,
-                "schedule" => r#","changes":[{"at_tick":9,"params":{"mass":{"times":2}}}],"name":"a","keep":true"#,
+                "schedule" => concat!(
+                    r#","changes":[{"at_tick":9,"params":{"mass":{"times":2},"Fs":{"plus":0.5}}},"#,
+                    r#"{"at_tick":200,"ramp_ms":50.0,"scene":"lugre"}],"name":"a","keep":true"#
+                ),
                 "scene.diff" => r#","from":{"friction":{"law":"viscous","viscous":2}}"#,
                 "lease" => r#","timeout_ms":500"#,
                 "hand" => r#","target_m":-0.01"#,

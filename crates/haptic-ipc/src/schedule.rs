@@ -134,20 +134,3 @@ pub struct ScheduleStatus {
     /// Tick of the last.
     pub last_tick: u64,
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::{Envelope, Request};
-
-    #[test]
-    fn a_schedule_is_read_as_it_is_written() {
-        let changes =
-            r#"[{"at_tick":100,"params":{"Fs":{"plus":0.5}}},{"at_tick":200,"ramp_ms":50.0,"scene":"lugre"}]"#;
-        let line = format!(r#"{{"id":1,"op":"schedule","changes":{changes}}}"#);
-        let envelope = Envelope::parse(&line).expect("it reads");
-        let Request::Schedule { changes: read, .. } = &envelope.request else {
-            panic!("{envelope:?}");
-        };
-        assert_eq!(serde_json::to_string(read).expect("JSON"), changes);
-    }
-}

@@ -378,18 +378,16 @@ mod tests {
         let places = ["/run/user/1000/", "/home/ada/.local/state/", "/run/"];
         let expected = places.map(|place| PathBuf::from(format!("{place}hapticd/control.sock")));
         assert_eq!(s.candidates(), expected);
+        (s.runtime_dir, s.session_dir) = (None, None);
+        assert_eq!(
+            s.for_server(),
+            expected[1],
+            "without a session there is a private place"
+        );
+        s.is_root = true;
+        assert_eq!(s.for_server(), expected[2]);
         s.variable = Some("/srv/rig.sock".into());
         assert_eq!(s.candidates(), [PathBuf::from("/srv/rig.sock")]);
-    }
-
-    #[test]
-    fn a_user_without_a_session_still_has_a_private_place() {
-        let mut s = surroundings();
-        assert_eq!(s.for_server(), Path::new("/run/user/1000/hapticd/control.sock"));
-        (s.runtime_dir, s.session_dir) = (None, None);
-        assert_eq!(s.for_server(), Path::new("/home/ada/.local/state/hapticd/control.sock"));
-        s.is_root = true;
-        assert_eq!(s.for_server(), Path::new("/run/hapticd/control.sock"));
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! The live status line of `--demo`.
 
 use crate::control::RigHandle;
-use crate::rt::outbox::TickRecord;
 use crate::timers::every;
 use haptic_ipc::RigState;
 use std::io::IsTerminal;
@@ -28,16 +27,14 @@ pub(crate) async fn show_status(rig: Rc<RigHandle>) {
 pub(crate) fn status_line(rig: &RigHandle) -> String {
     let feed = rig.feed();
     let (wake, tick) = feed.timing.recent();
-    let (state, force, ticks, missed, dropped) = feed.newest().map_or((RigState::Idle, 0.0, 0, 0, 0), |record| {
-        let TickRecord {
-            state,
-            command_force,
-            tick,
-            missed_periods,
-            dropped,
-            ..
-        } = *record;
-        (state, command_force, tick, missed_periods, dropped)
+    let (state, force, ticks, missed, dropped) = feed.newest().map_or((RigState::Idle, 0.0, 0, 0, 0), |last| {
+        (
+            last.state,
+            last.command_force,
+            last.tick,
+            last.missed_periods,
+            last.dropped,
+        )
     });
     #[expect(clippy::cast_precision_loss, reason = "times below 2^53 ns")]
     let us = |ns: u64| ns as f64 * 1e-3;

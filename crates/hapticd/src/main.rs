@@ -124,7 +124,7 @@ fn run(config: Config, demo: bool, ends_with_input: bool) -> Result<(), Failure>
             None => None,
         };
         let stop_signals = BlockedSignals::new()?;
-        let ramp = Duration::from_secs_f64(config.ramp_s);
+        let ramp = Duration::from_secs_f64(config.servo.ramp_s);
         let (mut running, rig) = start_loop(config)?;
         let rig = Rc::new(rig);
         let (stop_signals, reloads) = stop_signals.watch(ramp, rig.channel.end_of_loop())?;

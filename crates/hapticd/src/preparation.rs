@@ -51,20 +51,10 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         .keep_cpus_awake
         .then(|| privileges::keep_cpus_awake(&mut status))
         .flatten();
-    #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
-    let period_s = config.period_ns as f64 * 1e-9;
-    let losses = default_losses(&config.rig);
-    let (mass, hand) = match &config.rig {
-        RigChoice::Fake(rig) => (
-            Some(rig.properties().mass_kg),
-            rig.pointer().cloned().map(PointerHand::new),
-        ),
-        RigChoice::FakePlane(rig) => (Some(rig.properties().mass_kg), None),
-        RigChoice::Linked(_) => (None, None),
-    };
+    let (mass, losses, hand) = known_of(&config.rig);
     let scene = config.scene.clone().on(None);
     let may_be_the_rigs = config.scene.has_coupling_of_rig() || scene == Scene::light_block();
-    let servo_settings = servo_settings(&config, period_s, losses);
+    let servo_settings = Settings { losses, ..config.servo };
     let (control, loop_side) = hand_over(if config.kinematics.is_some() {
         2 * RECORDS
     } else {
@@ -72,9 +62,9 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
     });
     let timing = LoopTiming {
         period_ns: config.period_ns,
-        stale_ns: config.watches.stale_ns,
+        stale_ns: config.servo.stale_ns,
     };
-    let (lateness, control_timeout_ns) = (Lateness::new(config.late_policy), config.watches.control_timeout_ns);
+    let (lateness, control_timeout_ns) = (Lateness::new(config.late_policy), config.control_timeout_ns);
     let (device, link) = prepare_device(config.rig, config.kinematics, timing);
     let is_linked = link.is_some();
     let (tick, description, resolution) = match device {
@@ -108,7 +98,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         share,
         keeper: None,
         rig: RigFacts {
-            period_s,
+            period_s: config.servo.period_s,
             // A rig in this process is read and written in the same tick; the times of a link are
             // measured.
             sample_period_s: 0.0,
@@ -123,7 +113,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         hand,
         link: monitor,
         period_ns: config.period_ns,
-        ramp: Duration::from_secs_f64(config.ramp_s),
+        ramp: Duration::from_secs_f64(config.servo.ramp_s),
         rules: config.rules,
         state_dir: config.state_dir,
         scheme: config.scheme,
@@ -164,23 +154,6 @@ fn first_servo<V: Vector>(
     Ok(servo)
 }
 
-fn servo_settings(config: &Config, period_s: f64, losses: RigLosses) -> Settings {
-    Settings {
-        period_s,
-        ramp_s: config.ramp_s,
-        limits: config.limits,
-        losses,
-        passivity_control_n: config.passivity_control_n,
-        velocity: config.velocity,
-        stale_ns: config.watches.stale_ns,
-        stop_button: config.watches.stop_button,
-        enable_button: config.watches.enable_button,
-        workspace: config.kinematics.and_then(|kinematics| kinematics.workspace().copied()),
-        // Until a rig is engaged whose friction is known.
-        compensation: None,
-    }
-}
-
 /// Claims a share of the processor that the loop will be pinned to.
 fn claim_processor(cpu: Option<usize>, status: &mut RealTimeStatus) -> Option<ProcessorShare> {
     match ProcessorShare::claim(cpu?) {
@@ -199,22 +172,22 @@ fn claim_processor(cpu: Option<usize>, status: &mut RealTimeStatus) -> Option<Pr
     }
 }
 
-/// What a rig takes up as far as nothing is known of it.
-fn default_losses(rig: &RigChoice) -> RigLosses {
-    match rig {
-        RigChoice::Fake(rig) => RigLosses {
-            damping: rig.properties().damping_ns_per_m,
-            friction: rig.properties().friction_n,
-        },
-        RigChoice::FakePlane(rig) => RigLosses {
-            damping: rig.properties().damping_ns_per_m,
-            friction: rig.properties().friction_n,
-        },
-        RigChoice::Linked(_) => RigLosses {
-            damping: 0.0,
-            friction: 0.0,
-        },
-    }
+/// What a rig is known to be as far as its files say nothing: its mass, kg; what it takes up; and the hand on it that
+/// clients move.
+fn known_of(rig: &RigChoice) -> (Option<f64>, RigLosses, Option<PointerHand>) {
+    let (mass_kg, damping, friction, hand) = match rig {
+        RigChoice::Fake(rig) => {
+            let known = rig.properties();
+            (known.mass_kg, known.damping_ns_per_m, known.friction_n, rig.pointer())
+        }
+        RigChoice::FakePlane(rig) => {
+            let known = rig.properties();
+            (known.mass_kg, known.damping_ns_per_m, known.friction_n, None)
+        }
+        RigChoice::Linked(_) => return (None, RigLosses::default(), None),
+    };
+    let hand = hand.cloned().map(PointerHand::new);
+    (Some(mass_kg), RigLosses { damping, friction }, hand)
 }
 
 /// A device of one axis or of two.

@@ -202,17 +202,19 @@ impl Comparison {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn condition(text: &str) -> Condition {
+    pub(in crate::condition) fn condition(text: &str) -> Condition {
         text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
     }
 
     #[test]
     fn only_what_is_needed_is_subscribed_to() {
         assert_eq!(condition("state=idle and revision>3").topics(), [Topic::State]);
-        assert_eq!(condition("contact=0").topics(), [Topic::State, Topic::Samples]);
+        for text in ["contact=0", "device_position_y_m>2cm and contact=0"] {
+            assert_eq!(condition(text).topics(), [Topic::State, Topic::Samples], "{text}");
+        }
         assert_eq!(condition("overruns>3").topics(), [Topic::State, Topic::Timing]);
     }
 

@@ -106,6 +106,7 @@ impl Observations {
 
 #[cfg(test)]
 mod tests {
+    use super::super::comparison::tests::condition;
     use super::*;
     use haptic_ipc::SamplesEvent;
 
@@ -139,10 +140,6 @@ mod tests {
             rows_y: rows_y.to_vec(),
             ..SamplesEvent::default()
         })
-    }
-
-    fn condition(text: &str) -> Condition {
-        text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
     }
 
     #[test]
@@ -230,7 +227,6 @@ mod tests {
             ("block_velocity_y_mps>0", false),
         ] {
             let condition = condition(text);
-            assert_eq!(condition.topics(), [Topic::State, Topic::Samples], "{text}");
             let of_plane = Observations::default().take(batch(&rows, &[y]), &condition);
             assert_eq!(of_plane, holds, "{text}");
             assert!(!Observations::default().take(batch(&rows, &[]), &condition), "{text}");

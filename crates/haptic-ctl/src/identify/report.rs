@@ -214,10 +214,7 @@ mod tests {
     fn report_gives_units_intervals_and_recording_instructions() {
         let found = Identified {
             mass_kg: Some(0.50063),
-            dynamic_force_n: Some(Directional {
-                positive: 3.4998,
-                negative: 3.01,
-            }),
+            dynamic_force_n: Some(Directional::new(3.4998, 3.01)),
             residual_rms_n: 0.0000174,
             intervals: [
                 ("mass_kg".to_owned(), [0.49889, 0.50238]),

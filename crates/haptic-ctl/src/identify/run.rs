@@ -56,9 +56,8 @@ pub(super) async fn run(
 /// Takes the rig's own mass and friction out of what was identified. The static limits lose the rig's
 /// dynamic friction, which is what is stored of it.
 fn subtract(found: &mut Identified, rig: &RigFriction) {
-    let both = |found: Directional, own: Directional| Directional {
-        positive: found.positive - own.positive,
-        negative: found.negative - own.negative,
+    let both = |found: Directional, own: Directional| {
+        Directional::new(found.positive - own.positive, found.negative - own.negative)
     };
     if let Some(mass_kg) = &mut found.mass_kg {
         *mass_kg -= rig.mass;
@@ -139,21 +138,12 @@ mod tests {
 
     const RIG: RigFriction = RigFriction {
         mass: 1.4,
-        dynamic_force: Directional {
-            positive: 0.8,
-            negative: 0.7,
-        },
-        viscous: Directional {
-            positive: 0.5,
-            negative: 0.25,
-        },
+        dynamic_force: Directional::new(0.8, 0.7),
+        viscous: Directional::new(0.5, 0.25),
         cogging: None,
         uncertainty: Some(RigUncertainty {
             mass: 0.0,
-            dynamic_force: Directional {
-                positive: 0.0,
-                negative: 0.2,
-            },
+            dynamic_force: Directional::new(0.0, 0.2),
             viscous: Directional::both(0.0),
         }),
     };

@@ -11,7 +11,9 @@ use device_boards::Address;
 use device_io::kinematics::Kinematics;
 
 use haptic_core::limiter::Limits;
+use haptic_core::passivity::RigLosses;
 use haptic_core::scene::SceneFile;
+use haptic_core::servo::Settings;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
 use nix::unistd::{Gid, Group};
@@ -28,20 +30,6 @@ fn find_group(wanted: &str) -> Option<Group> {
         Err(_) => Group::from_name(wanted),
     };
     found.ok().flatten()
-}
-
-/// Conditions that must last for force to flow.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Watches {
-    /// Longest time for which a device may repeat its last sample, or the loop may stall while
-    /// force flows, ns.
-    pub(crate) stale_ns: u64,
-    /// Longest time without a beat of the control thread, ns.
-    pub(crate) control_timeout_ns: u64,
-    /// Button of the rig that stops it, by its bit.
-    pub(crate) stop_button: Option<u8>,
-    /// Button of the rig that must be held down for force to flow, by its bit.
-    pub(crate) enable_button: Option<u8>,
 }
 
 /// Where metrics are published.
@@ -73,11 +61,10 @@ pub(crate) struct Config {
     pub(crate) state_dir: PathBuf,
     pub(crate) rules: EngageRules,
     pub(crate) scheme: Scheme,
-    pub(crate) velocity: Method,
-    pub(crate) limits: Limits,
-    pub(crate) passivity_control_n: f64,
-    pub(crate) ramp_s: f64,
-    pub(crate) watches: Watches,
+    /// Settings of the servo, but for what the rig takes up.
+    pub(crate) servo: Settings,
+    /// Longest time without a beat of the control thread, ns.
+    pub(crate) control_timeout_ns: u64,
     pub(crate) device: Address,
     /// How the motors of a rig of two axes move the hand.
     pub(crate) kinematics: Option<Kinematics>,
@@ -96,22 +83,12 @@ fn absolute(path: PathBuf) -> PathBuf {
     std::path::absolute(&path).unwrap_or(path)
 }
 
-/// Default directory of saved scenes.
-fn default_scene_dir() -> PathBuf {
-    // The service manager names the first; the others are XDG base directories.
-    let service = path_in("STATE_DIRECTORY").map(|state| state.join("scenes"));
-    let data = path_in("XDG_DATA_HOME").or_else(|| path_in("HOME").map(|home| home.join(".local/share")));
-    service
-        .or_else(|| data.map(|data| data.join("hapticd/scenes")))
-        .unwrap_or_else(|| "/var/lib/hapticd/scenes".into())
-}
-
-/// Default directory of the commissioning records.
-fn default_state_dir() -> PathBuf {
-    // The service manager names the first; the others are XDG base directories.
-    let state = path_in("XDG_STATE_HOME").or_else(|| path_in("HOME").map(|home| home.join(".local/state")));
+/// A default directory: the service manager's, else hapticd in one of XDG's base directories, which a variable names or
+/// which lies below the user's home.
+fn default_dir(variable: &str, below_home: &str) -> PathBuf {
+    let base = || path_in(variable).or_else(|| path_in("HOME").map(|home| home.join(below_home)));
     path_in("STATE_DIRECTORY")
-        .or_else(|| state.map(|state| state.join("hapticd")))
+        .or_else(|| base().map(|base| base.join("hapticd")))
         .unwrap_or_else(|| "/var/lib/hapticd".into())
 }
 
@@ -146,10 +123,11 @@ impl Options {
         let spin_ns = self.spin_ns()?;
         let scene = self.starting_scene()?;
         #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000")]
+        let period_s = period_ns as f64 * 1e-9;
         scene
             .clone()
             .on(None)
-            .validate_rate(period_ns as f64 * 1e-9)
+            .validate_rate(period_s)
             .map_err(ConfigError::StartScene)?;
         let socket = haptic_ipc::socket_path::for_server(self.socket.as_deref());
         if let Some(path) = self.watch_socket.as_ref().filter(|path| **path == socket) {
@@ -159,12 +137,15 @@ impl Options {
             .socket_group
             .as_ref()
             .map(|name| find_group(name).ok_or_else(|| ConfigError::NoSuchGroup(name.clone())));
+        let socket_group = group.transpose()?;
+        let metrics = self.metrics()?;
+        let (servo, control_timeout_ns) = self.servo(period_s, kinematics)?;
         Ok(Config {
             source,
             socket,
-            socket_group: group.transpose()?,
+            socket_group,
             watch_socket: self.watch_socket.clone(),
-            metrics: self.metrics()?,
+            metrics,
             period_ns,
             cpu: self.cpu.or_else(|| default_cpu(available_cpus)),
             available_cpus: available_cpus.to_vec(),
@@ -174,18 +155,22 @@ impl Options {
             late_policy: self.late_policy.map_or(LatePolicy::Warn, |name| name.0),
             scene,
             // Clients get paths of files in it, and have another working directory.
-            scene_dir: absolute(self.scene_dir.clone().unwrap_or_else(default_scene_dir)),
-            state_dir: self.state_dir.clone().unwrap_or_else(default_state_dir),
+            scene_dir: absolute(
+                self.scene_dir
+                    .clone()
+                    .unwrap_or_else(|| default_dir("XDG_DATA_HOME", ".local/share").join("scenes")),
+            ),
+            state_dir: self
+                .state_dir
+                .clone()
+                .unwrap_or_else(|| default_dir("XDG_STATE_HOME", ".local/state")),
             rules: EngageRules {
                 uncommissioned: self.uncommissioned.unwrap_or(false),
                 allow_no_watchdog: self.allow_no_watchdog.unwrap_or(false),
             },
             scheme: self.scheme.map_or(Scheme::Exact, |name| name.0),
-            velocity: self.velocity.map_or(Method::default(), |name| name.0),
-            limits: self.limits()?,
-            passivity_control_n: within("passivity-control-n", self.passivity_control_n, 0.0, 0.0, 100.0, "N")?,
-            ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,
-            watches: self.watches()?,
+            servo,
+            control_timeout_ns,
             kinematics,
             rig: match (device.connector(), kinematics) {
                 (None, None) => RigChoice::Fake(Box::new(self.fake_rig()?)),
@@ -313,7 +298,9 @@ impl Options {
         })
     }
 
-    fn watches(&self) -> Result<Watches, ConfigError> {
+    /// Settings of the servo, but for what the rig takes up; and the longest time without a beat of the control thread,
+    /// ns.
+    fn servo(&self, period_s: f64, kinematics: Option<Kinematics>) -> Result<(Settings, u64), ConfigError> {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -331,27 +318,29 @@ impl Options {
                 unit: "",
             }),
         };
-        Ok(Watches {
-            // Nobody holds the rig of the demo, and a newcomer builds the clients meanwhile.
-            stale_ns: ns(within(
-                "stale-ms",
-                self.stale_ms,
-                if self.demo { 500.0 } else { 20.0 },
-                1.0,
-                1000.0,
-                "ms",
-            )?),
-            control_timeout_ns: ns(within(
-                "control-timeout-ms",
-                self.control_timeout_ms,
-                250.0,
-                50.0,
-                10_000.0,
-                "ms",
-            )?),
+        let limits = self.limits()?;
+        let passivity_control_n = within("passivity-control-n", self.passivity_control_n, 0.0, 0.0, 100.0, "N")?;
+        let ramp_s = within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3;
+        // Nobody holds the rig of the demo, and a newcomer builds the clients meanwhile.
+        let stale_ms = if self.demo { 500.0 } else { 20.0 };
+        let stale_ns = ns(within("stale-ms", self.stale_ms, stale_ms, 1.0, 1000.0, "ms")?);
+        let timeout_ms = self.control_timeout_ms;
+        let control_timeout_ns = ns(within("control-timeout-ms", timeout_ms, 250.0, 50.0, 10_000.0, "ms")?);
+        let settings = Settings {
+            period_s,
+            ramp_s,
+            limits,
+            losses: RigLosses::default(),
+            passivity_control_n,
+            velocity: self.velocity.map_or(Method::default(), |name| name.0),
+            stale_ns,
             stop_button: button("stop-button", self.stop_button)?,
             enable_button: button("enable-button", self.enable_button)?,
-        })
+            workspace: kinematics.and_then(|kinematics| kinematics.workspace().copied()),
+            // Until a rig is engaged whose friction is known.
+            compensation: None,
+        };
+        Ok((settings, control_timeout_ns))
     }
 
     fn starting_scene(&self) -> Result<SceneFile, ConfigError> {
@@ -379,15 +368,17 @@ impl Options {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::{CommandFactory, Parser};
+    use clap::Parser;
 
     fn options(arguments: &[&str]) -> Options {
         Options::try_parse_from([&["hapticd"], arguments].concat()).expect("it parses")
     }
 
     #[test]
-    fn the_command_line_is_sound() {
-        Options::command().debug_assert();
+    fn buttons_are_counted_from_one() {
+        let options = options(&["--stop-button", "1", "--enable-button", "8"]);
+        let (settings, _) = options.servo(1e-3, None).expect("it holds");
+        assert_eq!((settings.stop_button, settings.enable_button), (Some(0), Some(7)));
     }
 
     #[test]
@@ -441,8 +432,7 @@ mod tests {
     }
 
     #[test]
-    fn hands_are_read() {
-        assert_eq!("mouse".parse(), Ok(HandName::Mouse));
+    fn an_unknown_hand_is_refused_with_a_hint() {
         for (text, part) in [
             ("wave", "expected sine"),
             ("file:m.csv", "fake-rig --pty LINK --hand FILE"),

@@ -66,11 +66,8 @@ pub(crate) enum ConfigError {
         "hand = mouse moves the built-in fake rig alone, and {0} is another device: leave it out, or name --device fake"
     )]
     HandOfAnotherRig(Address),
-    /// Hands, and the rig that they need.
-    #[error("hand: {0} for a rig of {1}")]
-    HandOfAnotherSpace(&'static str, &'static str),
     #[error("hand: {0}")]
-    OutOfReach(String),
+    Hand(String),
     #[error("{0} is for a rig of one axis: leave it out, or --kinematics")]
     OneAxisOnly(&'static str),
     #[error("--demo and --self-test run on the built-in fake rig: leave --device out")]

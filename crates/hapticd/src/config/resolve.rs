@@ -64,7 +64,7 @@ impl Configuration {
         let mut needs_restart = self.begun_with.changed_in(&again.begun_with);
         needs_restart.retain(|name| !LIMITS.contains(&name.as_str()));
         Ok(ReloadedLimits {
-            limits: again.check()?.limits,
+            limits: again.check()?.servo.limits,
             needs_restart,
         })
     }
@@ -123,14 +123,9 @@ mod tests {
                 "device = \"fake\"\n\nforce-limit-n = 5000\n",
                 "line 3: force-limit-n = 5000 N is out of range: it must be from 0.1 to 1000 N",
             ),
-            ("device = \"fake\"\nrate=50\n", "line 2: rate = 50 Hz is out of range"),
             (
                 "device = \"fake\"\nscene = \"not/here.toml\"\n",
                 "line 2: scene = not/here.toml: No such file",
-            ),
-            (
-                "device = \"fake\"\nforce-limit = 5\n",
-                "line 2: unknown field `force-limit`, did you mean `force-limit-n`?",
             ),
             (
                 "force_limit_n = 5\n",

@@ -67,10 +67,8 @@ impl Options {
         };
         let hand = match self.hand_or(HandName::Sine) {
             HandName::Figure(_) => {
-                return Err(ConfigError::HandOfAnotherSpace(
-                    "circle and eight are",
-                    "two axes: --kinematics xy",
-                ));
+                let why = "circle and eight are for a rig of two axes: --kinematics xy";
+                return Err(ConfigError::Hand(why.to_owned()));
             }
             HandName::Free => Hand::Free,
             HandName::Sine => Hand::Prescribed(self.motion()?),
@@ -90,10 +88,8 @@ impl Options {
             HandName::Figure(figure) => Some(figure),
             HandName::Free => None,
             _ => {
-                return Err(ConfigError::HandOfAnotherSpace(
-                    "sine, arm and mouse are",
-                    "one axis; of two there are circle, eight and free",
-                ));
+                let why = "sine, arm and mouse are for a rig of one axis; of two there are circle, eight and free";
+                return Err(ConfigError::Hand(why.to_owned()));
             }
         };
         let defaults = PlanarProperties::of(&kinematics);
@@ -121,7 +117,7 @@ impl Options {
         });
         PlanarRig::new(properties, kinematics, path)
             .map(PlanarFake::new)
-            .map_err(ConfigError::OutOfReach)
+            .map_err(ConfigError::Hand)
     }
 
     /// Amplitude, m, and frequency, Hz, of the hand.

@@ -6,12 +6,11 @@
 
 use crate::config::EngageRules;
 use crate::control::RigHandle;
-use crate::control::facts::ConnectedDevice;
 use crate::control::rig::commission_record::CommissionState;
 use crate::control::rig::friction_record::KnownFriction;
 use crate::control::rig_files::button_names;
 use crate::rt::handoff::ANY_CONNECTION;
-use device_io::link::{Delivery, Homing, LinkCounters};
+use device_io::link::{Delivery, DeviceInfo, Homing, LinkCounters};
 use haptic_core::sample_clock::ClockError;
 use haptic_ipc::{ErrorCode, Problem, WireError};
 use std::sync::atomic::Ordering::Relaxed;
@@ -84,7 +83,7 @@ struct Blocker {
     remedy: String,
 }
 
-async fn blockers(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, may_be_cached: bool) -> Vec<Blocker> {
+async fn blockers(rig: &RigHandle, device: &DeviceInfo, purpose: Purpose, may_be_cached: bool) -> Vec<Blocker> {
     let friction = rig.known.frictions.of(device).await;
     let compensates = purpose == Purpose::Scene && rig.facts.friction.compensate.is_some();
     let mut found: Vec<Blocker> = compensates
@@ -124,7 +123,7 @@ fn not_homed(homing: &Homing) -> Option<Blocker> {
     })
 }
 
-fn no_force(device: &ConnectedDevice) -> Option<Blocker> {
+fn no_force(device: &DeviceInfo) -> Option<Blocker> {
     let limit_n = device.force_limit_n;
     if limit_n > 0.0 {
         return None;
@@ -217,7 +216,7 @@ fn wrong_clock(error: ClockError) -> Blocker {
     }
 }
 
-fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Blocker> {
+fn no_watchdog(device: &DeviceInfo, rules: EngageRules) -> Option<Blocker> {
     if rules.allow_no_watchdog {
         return None;
     }
@@ -245,7 +244,7 @@ fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Blocker> 
     })
 }
 
-fn not_the_commissioned_rig(device: &ConnectedDevice, known: CommissionState) -> Option<Blocker> {
+fn not_the_commissioned_rig(device: &DeviceInfo, known: CommissionState) -> Option<Blocker> {
     let rig = format!("the rig {} ({})", device.rig.key, device.firmware);
     let blocker = |code, what: String, remedy: &str| Blocker {
         error: WireError::new(code, what).about("rig"),
@@ -273,7 +272,7 @@ fn not_the_commissioned_rig(device: &ConnectedDevice, known: CommissionState) ->
 }
 
 /// Why the friction of a rig cannot be compensated.
-fn not_identified(device: &ConnectedDevice, friction: &KnownFriction) -> Option<Blocker> {
+fn not_identified(device: &DeviceInfo, friction: &KnownFriction) -> Option<Blocker> {
     let why = match friction {
         KnownFriction::Identified(_) => return None,
         KnownFriction::Never => "it was never identified",
@@ -298,8 +297,8 @@ mod tests {
     use crate::control::rig::commission_record::Findings;
     use crate::control::rig_files;
 
-    fn device(force_limit_n: f64, watchdog_ms: Option<u32>) -> ConnectedDevice {
-        ConnectedDevice {
+    fn device(force_limit_n: f64, watchdog_ms: Option<u32>) -> DeviceInfo {
+        DeviceInfo {
             force_limit_n,
             watchdog_ms,
             buttons: 0b11,

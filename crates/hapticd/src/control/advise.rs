@@ -2,8 +2,9 @@
 
 use crate::control::RigHandle;
 use crate::control::rig::known_rig::KnownRig;
+use crate::control::values::keyed;
 use haptic_core::adviser::{Check, Finding, RigFacts, advise as look};
-use haptic_core::{Direction, Parameter, ParameterKey, Scene};
+use haptic_core::{Parameter, Scene};
 use haptic_ipc::quantity::number;
 use haptic_ipc::{Advice, AdviceBasis, AdviceReply, WorstPlace};
 use std::cell::RefCell;
@@ -49,15 +50,10 @@ fn beyond_the_force_limit(scene: &Scene, limit_n: f64) -> Vec<Advice> {
         (Parameter::DynamicForce, ""),
     ] {
         let Some(force) = scene.value(parameter) else { continue };
-        let keys = if force.is_symmetric() {
-            vec![(parameter.into(), force.positive)]
-        } else {
-            Direction::BOTH
-                .map(|direction| (parameter.in_direction(direction), force.get(direction)))
-                .to_vec()
-        };
-        let too_large = keys.into_iter().filter(|(_, force_n)| *force_n > limit_n);
-        beyond.extend(too_large.map(|(key, force_n): (ParameterKey, f64)| Advice {
+        let too_large = keyed(parameter, force)
+            .into_iter()
+            .filter(|(_, force_n)| *force_n > limit_n);
+        beyond.extend(too_large.map(|(key, force_n)| Advice {
             param: key.to_string(),
             message: format!(
                 "{key} = {} N is above the force limit of {} N: the hand feels no more than that{and}",

@@ -5,9 +5,10 @@ use crate::control::history::{Drag, History, Move, Origin};
 use crate::control::peer::Requester;
 use crate::control::rig::schedule::NewChange;
 use crate::control::rig::{Compiled, Suited};
+use crate::control::values::keyed;
 use crate::control::{RigHandle, advise, exclusive_use, judge, library};
 use haptic_core::scene::FileCoupling;
-use haptic_core::{Direction, ParameterKey, Scene};
+use haptic_core::{ParameterKey, Scene};
 use haptic_ipc::{
     ChangeOptions, ChangeReply, Changes, Difference, ErrorCode, JournalEntry, SceneRef, Value, WireError, differences,
 };
@@ -241,7 +242,7 @@ fn begin_from(
         Some(_) => Compiled::new(&before, &scene, &rig.facts, ramp_ms * 1e-3),
         None => rig.compile(&scene, ramp_ms * 1e-3),
     }?;
-    let ramp_ticks = compiled.ramp_ticks();
+    let ramp_ticks = compiled.ramp_ticks;
     let changes = differences(&before, &scene);
     let reply = ChangeReply {
         dry_run: options.dry_run,
@@ -350,16 +351,9 @@ pub(super) fn check_revision(if_revision: Option<u64>, newest: u64) -> Result<()
 pub(super) fn values_set(changes: &[Difference]) -> BTreeMap<String, f64> {
     let mut applied = BTreeMap::new();
     for change in changes {
-        let (Some(Value::Number(value)), Ok(key)) = (&change.after, change.param.parse::<ParameterKey>()) else {
-            continue;
-        };
-        if value.is_symmetric() {
-            applied.insert(change.param.clone(), value.positive);
-            continue;
-        }
-        for direction in Direction::BOTH {
-            let one = key.parameter.in_direction(direction);
-            applied.insert(one.to_string(), value.get(direction));
+        if let (Some(Value::Number(value)), Ok(key)) = (&change.after, change.param.parse::<ParameterKey>()) {
+            let values = keyed(key.parameter, *value).into_iter();
+            applied.extend(values.map(|(key, value)| (key.to_string(), value)));
         }
     }
     applied

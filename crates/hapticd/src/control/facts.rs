@@ -63,42 +63,16 @@ pub(crate) struct Facts {
     pub(crate) real_time: RealTimeStatus,
 }
 
-/// The connected device.
-#[derive(Clone, Debug)]
-pub(crate) struct ConnectedDevice {
-    pub(crate) firmware: String,
-    pub(crate) force_limit_n: f64,
-    pub(crate) resolution_m: f64,
-    pub(crate) sample_rate_hz: f64,
-    pub(crate) watchdog_ms: Option<u32>,
-    /// Buttons that there are, one bit each.
-    pub(crate) buttons: u8,
-    pub(crate) rig: RigIdentity,
-    pub(crate) connection: u64,
-    /// 1 or 2.
-    pub(crate) motors: usize,
-}
-
 /// Why something cannot be done without a device; `what` names it.
 pub(super) fn no_device(what: &str) -> WireError {
     let message = format!("cannot {what}: no device is connected; see `haptic-ctl doctor`");
     WireError::new(ErrorCode::WrongState, message).about("state")
 }
 
-impl ConnectedDevice {
-    /// The device with the identity of one of its two motors, counted from 0.
-    pub(super) fn of_motor(mut self, motor: usize) -> Self {
-        self.rig = self.rig.with_part(&format!("motor{}", motor + 1));
-        self
-    }
-
-    /// What is commissioned of it, each under a key of its own: the rig, or each of two motors.
-    pub(super) fn parts(&self) -> Vec<Self> {
-        if self.motors == 1 {
-            return vec![self.clone()];
-        }
-        (0..self.motors).map(|motor| self.clone().of_motor(motor)).collect()
-    }
+/// The device with the identity of one of its two motors, counted from 0.
+pub(super) fn of_motor(mut device: DeviceInfo, motor: usize) -> DeviceInfo {
+    device.rig = device.rig.with_part(&format!("motor{}", motor + 1));
+    device
 }
 
 /// A device whose samples are farther apart than its rate says, by more than this share, has the rate that is measured.
@@ -124,22 +98,13 @@ impl Facts {
         }
     }
 
-    /// The device at the other end of the link, or the rig in this process; `None` if none is connected.
-    pub(super) fn connected_device(&self) -> Option<ConnectedDevice> {
+    /// The device at the other end of the link, or the rig in this process as if it were one; `None` if none is
+    /// connected.
+    pub(super) fn connected_device(&self) -> Option<DeviceInfo> {
         if self.link.is_some() {
-            return self.linked_device().map(|device| ConnectedDevice {
-                firmware: device.firmware,
-                force_limit_n: device.force_limit_n,
-                resolution_m: device.resolution_m,
-                sample_rate_hz: device.sample_rate_hz,
-                watchdog_ms: device.watchdog_ms,
-                buttons: device.buttons,
-                rig: device.rig,
-                connection: device.connection,
-                motors: if device.motors.is_some() { 2 } else { 1 },
-            });
+            return self.linked_device();
         }
-        Some(ConnectedDevice {
+        Some(DeviceInfo {
             firmware: self.device.clone(),
             force_limit_n: self.limits().force_n,
             resolution_m: self.rig.resolution,
@@ -152,7 +117,7 @@ impl Facts {
                 reversed: false,
             },
             connection: ANY_CONNECTION,
-            motors: if self.is_plane() { 2 } else { 1 },
+            motors: None,
         })
     }
 

@@ -4,6 +4,7 @@ use crate::control::RigHandle;
 use crate::control::exclusive_use;
 use crate::control::facts::no_device;
 use crate::control::peer::Requester;
+use crate::control::rig::refused_in;
 use device_io::link::Homing;
 use haptic_ipc::{ErrorCode, StateReply, WireError};
 
@@ -13,16 +14,14 @@ use haptic_ipc::{ErrorCode, StateReply, WireError};
 /// The rig has no home pose, no device is connected, force flows, another client has the rig to itself, or no sample
 /// comes.
 pub(super) async fn home(rig: &RigHandle, by: Requester<'_>) -> Result<StateReply, WireError> {
-    let wrong = |message: String| WireError::new(ErrorCode::WrongState, message).about("state");
     let Some(homing) = rig.facts.homing() else {
         let message = "this rig has no home pose: only kinematics with `home_deg` have one";
         return Err(WireError::new(ErrorCode::NotApplicable, message));
     };
     let (_turn, state) = rig.quiet_state().await;
     if state.is_live() {
-        return Err(wrong(format!(
-            "cannot take the home pose while the rig is {state}: release it first"
-        )));
+        let hint = "release it first";
+        return Err(refused_in(state, ErrorCode::WrongState, "take the home pose", hint));
     }
     if !rig.facts.is_device_known() {
         return Err(no_device("take the home pose"));

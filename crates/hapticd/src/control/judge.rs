@@ -168,13 +168,12 @@ async fn first_chatter(verdicts: &Verdicts, scenes: &[Rc<Scene>], rig: TrialRig)
 /// The stiffest grip that the connected rig bears with a factor of two, as it was found just now, whatever its mass where
 /// that is not known; `None` where there is none, or nobody can tell in time.
 pub(super) async fn stiffest_coupling(rig: &KnownRig, found: Findings) -> Option<Coupling> {
-    let basis = rig.trial_basis(Some(found));
-    let search = rig.verdicts.workers.run(MAX_FOR_COUPLING, move || stiffest_on(&basis));
+    let rigs = rig.trial_basis(Some(found)).of_every_mass();
+    let search = rig
+        .verdicts
+        .workers
+        .run(MAX_FOR_COUPLING, move || trial::stiffest_coupling(&rigs));
     search.await.unwrap_or_default()
-}
-
-fn stiffest_on(basis: &TrialBasis) -> Option<Coupling> {
-    trial::stiffest_coupling(&basis.of_every_mass())
 }
 
 fn refusal(what: &str, scene: &Scene, basis: &TrialBasis, worst: &Trial, gentler: Option<&Gentler>) -> WireError {
@@ -256,7 +255,7 @@ mod tests {
                 mass_kg,
                 ..Findings::default()
             };
-            let grip = stiffest_on(&rig.known.trial_basis(Some(found)));
+            let grip = trial::stiffest_coupling(&rig.known.trial_basis(Some(found)).of_every_mass());
             grip.expect("there is one").stiffness
         };
         let of_known = UNKNOWN_MASS_KG.map(|mass_kg| stiffness(Some(mass_kg)));

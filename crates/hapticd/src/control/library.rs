@@ -66,15 +66,16 @@ impl Library {
     /// The same with the file of a scene, which an error names.
     async fn on_file<T: Send + 'static>(
         &self,
-        path: &Path,
-        work: impl FnOnce() -> Result<T, WireError> + Send + 'static,
+        path: PathBuf,
+        work: impl FnOnce(&Path) -> Result<T, WireError> + Send + 'static,
     ) -> Result<T, WireError> {
-        self.on_disk(work).await.unwrap_or_else(|error| {
+        let shown = path.display().to_string();
+        self.on_disk(move || work(&path)).await.unwrap_or_else(|error| {
             let hint = match error {
                 WorkError::TimedOut { .. } => "; a file being saved may still be written",
                 WorkError::Failed(_) => "",
             };
-            let message = format!("{}: {error}{hint}", path.display());
+            let message = format!("{shown}: {error}{hint}");
             Err(WireError::new(ErrorCode::SceneFile, message).about("scene"))
         })
     }
@@ -98,14 +99,13 @@ impl Library {
     /// # Errors
     /// Its directory exists and cannot be read.
     pub(super) async fn list(&self) -> Result<SceneListReply, WireError> {
-        let directory = self.directory.clone();
-        self.on_file(&self.directory, move || {
+        self.on_file(self.directory.clone(), |directory| {
             let mut scenes: Vec<ListedScene> = BUILT_IN_SCENES
                 .iter()
                 .map(|(name, text)| listed(name, None, read(name, text)))
                 .collect();
             let built_in = scenes.len();
-            for (name, path) in saved(&directory).map_err(|error| file_error(&directory, &error))? {
+            for (name, path) in saved(directory).map_err(|error| file_error(directory, &error))? {
                 let scene = regular_file::read_text(&path)
                     .map_err(|error| file_error(&path, &error))
                     .and_then(|text| read(&path.display().to_string(), &text));
@@ -149,12 +149,11 @@ async fn find_file(rig: &RigHandle, scene: SceneRef) -> Result<SceneFile, WireEr
                 return read(&name, text);
             }
             let path = rig.library.path_of(&name)?;
-            let shown = path.clone();
-            let read_it = move || match regular_file::read_text(&path) {
+            let read_it = move |path: &Path| match regular_file::read_text(path) {
                 Ok(text) => read(&path.display().to_string(), &text),
-                Err(error) => Err(missing_or(&path, &name, &error)),
+                Err(error) => Err(missing_or(path, &name, &error)),
             };
-            rig.library.on_file(&shown, read_it).await
+            rig.library.on_file(path, read_it).await
         }
     }
 }
@@ -246,49 +245,30 @@ fn cut(mut text: String, longest: usize) -> String {
     text
 }
 
-/// What has become of the library.
-#[derive(Debug, Default)]
-pub(super) struct LibraryNews {
-    /// The scene that the active one comes from, where its file has changed since.
-    pub(super) changed_scene: Option<String>,
-    /// Files that hold no scene, and why.
-    pub(super) problems: Vec<String>,
-}
-
 /// Most files that are named because they hold no scene.
 const MAX_PROBLEMS: usize = 20;
 
 /// Looks through the files of the library. The active scene stays as it is, and is no longer known as the one of the
-/// library where that has changed.
-pub(super) async fn look_through(rig: &RigHandle) -> LibraryNews {
+/// library where that has changed. Returns the scene that the active one comes from, where its file has changed since;
+/// and why files hold no scene.
+pub(super) async fn look_through(rig: &RigHandle) -> (Option<String>, Vec<String>) {
     let listed = match rig.library.list().await {
         Ok(listed) => listed,
-        Err(error) => {
-            return LibraryNews {
-                problems: vec![error.message],
-                ..LibraryNews::default()
-            };
-        }
+        Err(error) => return (None, vec![error.message]),
     };
     let problems = listed.scenes.into_iter().filter_map(|scene| scene.problem);
     let problems = problems.take(MAX_PROBLEMS).collect();
     let origin = rig.history().origin().cloned();
-    let changed_scene = match origin {
-        Some(origin) => match find(rig, SceneRef::Name(origin.name.clone())).await {
-            Ok(scene) if scene == origin.scene => None,
-            Ok(scene) => {
-                rig.history_mut().saved(&origin.name, &scene);
-                Some(origin.name.clone())
-            }
-            // Deleted, or among the problems.
-            Err(_) => None,
-        },
-        None => None,
+    let Some(origin) = origin else { return (None, problems) };
+    let changed_scene = match find(rig, SceneRef::Name(origin.name.clone())).await {
+        Ok(scene) if scene != origin.scene => {
+            rig.history_mut().saved(&origin.name, &scene);
+            Some(origin.name.clone())
+        }
+        // The same; or deleted, or among the problems.
+        _ => None,
     };
-    LibraryNews {
-        changed_scene,
-        problems,
-    }
+    (changed_scene, problems)
 }
 
 /// Saves a scene. Its file is written whole or not at all.
@@ -313,8 +293,7 @@ pub(super) async fn save(
     }
     let kept = scene.clone().on(rig.known.coupling());
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
-    let shown = path.clone();
-    let write = move || {
+    let write = move |path: &Path| {
         let directory = path.parent().unwrap_or(Path::new("."));
         std::fs::create_dir_all(directory).map_err(|error| file_error(directory, &error))?;
         let others = saved(directory).map_err(|error| file_error(directory, &error))?;
@@ -325,16 +304,13 @@ pub(super) async fn save(
             );
             return Err(WireError::new(ErrorCode::SceneFile, message).about("name"));
         }
-        match whole_file::write(&path, &text, replace) {
-            Ok(()) => Ok(SceneSaveReply {
-                name,
-                path: path.display().to_string(),
-            }),
+        match whole_file::write(path, &text, replace) {
+            Ok(()) => Ok(kept_in(path, name)),
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Err(taken(&name)),
-            Err(error) => Err(file_error(&path, &error)),
+            Err(error) => Err(file_error(path, &error)),
         }
     };
-    let saved = rig.library.on_file(&shown, write).await?;
+    let saved = rig.library.on_file(path, write).await?;
     rig.history_mut().saved(&saved.name, &kept);
     rig.enter_done("scene.save", Some(by), Some(saved.path.clone()));
     Ok(saved)
@@ -346,15 +322,11 @@ pub(super) async fn save(
 /// The name is invalid, unknown or that of a built-in scene, or the file cannot be removed.
 pub(super) async fn delete(rig: &RigHandle, by: &Peer, name: String) -> Result<SceneSaveReply, WireError> {
     let path = rig.library.path_of_saved(&name, "deleted")?;
-    let shown = path.clone();
-    let remove = move || match std::fs::remove_file(&path) {
-        Ok(()) => Ok(SceneSaveReply {
-            name,
-            path: path.display().to_string(),
-        }),
-        Err(error) => Err(missing_or(&path, &name, &error)),
+    let remove = move |path: &Path| match std::fs::remove_file(path) {
+        Ok(()) => Ok(kept_in(path, name)),
+        Err(error) => Err(missing_or(path, &name, &error)),
     };
-    let deleted = rig.library.on_file(&shown, remove).await?;
+    let deleted = rig.library.on_file(path, remove).await?;
     rig.history_mut().forget_origin(&deleted.name);
     rig.enter_done("scene.delete", Some(by), Some(deleted.path.clone()));
     Ok(deleted)
@@ -372,27 +344,22 @@ pub(super) async fn rename(
     to: String,
     replace: bool,
 ) -> Result<SceneSaveReply, WireError> {
-    let (from, path) = (
-        rig.library.path_of_saved(&name, "renamed")?,
-        rig.library.path_of_saved(&to, "replaced")?,
-    );
-    let (shown, old) = (from.clone(), name.clone());
-    let rename = move || {
+    let from = rig.library.path_of_saved(&name, "renamed")?;
+    let path = rig.library.path_of_saved(&to, "replaced")?;
+    let old = name.clone();
+    let rename = move |from: &Path| {
         let flags = if replace {
             RenameFlags::empty()
         } else {
             RenameFlags::NOREPLACE
         };
-        match renameat_with(CWD, &from, CWD, &path, flags) {
-            Ok(()) => Ok(SceneSaveReply {
-                name: to,
-                path: path.display().to_string(),
-            }),
+        match renameat_with(CWD, from, CWD, &path, flags) {
+            Ok(()) => Ok(kept_in(&path, to)),
             Err(Errno::EXIST) => Err(taken(&to)),
-            Err(error) => Err(missing_or(&from, &old, &error.into())),
+            Err(error) => Err(missing_or(from, &old, &error.into())),
         }
     };
-    let renamed = rig.library.on_file(&shown, rename).await?;
+    let renamed = rig.library.on_file(from, rename).await?;
     rig.history_mut().renamed(&name, &renamed.name);
     rig.enter_done("scene.rename", Some(by), Some(renamed.path.clone()));
     Ok(renamed)
@@ -441,6 +408,12 @@ fn sound(scene: &SceneFile) -> Result<(), WireError> {
     Err(WireError::new(ErrorCode::OutOfRange, message)
         .about("name")
         .within(value, 0.0, most, "bytes"))
+}
+
+/// The answer about a scene that is, or was, in a file.
+fn kept_in(path: &Path, name: String) -> SceneSaveReply {
+    let path = path.display().to_string();
+    SceneSaveReply { name, path }
 }
 
 fn taken(name: &str) -> WireError {

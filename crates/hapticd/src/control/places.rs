@@ -41,16 +41,6 @@ pub(super) struct Newcomer {
 }
 
 impl Newcomer {
-    /// One that has just come, where all places are taken.
-    fn new(places: usize) -> Self {
-        Self {
-            since: Instant::now(),
-            places,
-            stops: Cell::new(false),
-            away: Notify::new(),
-        }
-    }
-
     /// It asks for a stop: it stays until it has its answer.
     pub(super) fn asks_for_a_stop(&self) {
         self.stops.set(true);
@@ -121,7 +111,12 @@ impl Places {
         while self.newcomers.borrow().len() >= self.most_newcomers {
             self.send_one_away().await;
         }
-        let newcomer = Rc::new(Newcomer::new(self.most_clients));
+        let newcomer = Rc::new(Newcomer {
+            since: Instant::now(),
+            places: self.most_clients,
+            stops: Cell::new(false),
+            away: Notify::new(),
+        });
         self.newcomers.borrow_mut().push_back(Rc::clone(&newcomer));
         newcomer
     }
@@ -185,25 +180,19 @@ mod tests {
     }
 
     // hazard: H24
-    #[test]
-    fn full_places_send_away_the_longest_silent_newcomer() {
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_time()
-            .build()
-            .expect("a runtime");
-        runtime.block_on(async {
-            let places = Places::within(1000, 1);
-            let mut newcomers = Vec::new();
-            for _ in 0..MAX_NEWCOMERS {
-                newcomers.push(places.admit().await);
-            }
-            newcomers[0].asks_for_a_stop();
-            places.send_one_away().await;
-            let mut sent_away = Vec::new();
-            for newcomer in &newcomers[..3] {
-                sent_away.push(tokio::time::timeout(Duration::ZERO, newcomer.over()).await.is_ok());
-            }
-            assert_eq!(sent_away, [false, true, false], "the first has asked for a stop");
-        });
+    #[tokio::test]
+    async fn full_places_send_away_the_longest_silent_newcomer() {
+        let places = Places::within(1000, 1);
+        let mut newcomers = Vec::new();
+        for _ in 0..MAX_NEWCOMERS {
+            newcomers.push(places.admit().await);
+        }
+        newcomers[0].asks_for_a_stop();
+        places.send_one_away().await;
+        let mut sent_away = Vec::new();
+        for newcomer in &newcomers[..3] {
+            sent_away.push(tokio::time::timeout(Duration::ZERO, newcomer.over()).await.is_ok());
+        }
+        assert_eq!(sent_away, [false, true, false], "the first has asked for a stop");
     }
 }

@@ -72,27 +72,18 @@ impl Presence {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::control::rig_files::tests::device;
 
     /// A link with a device.
     pub(in crate::control) fn connected() -> LinkState {
-        LinkState::Connected(device_io::link::DeviceInfo {
-            motors: None,
-            connection: 1,
-            firmware: "f".to_owned(),
-            force_limit_n: 1.0,
-            sample_rate_hz: 1000.0,
-            resolution_m: 1e-5,
-            watchdog_ms: Some(50),
-            buttons: 0,
-            rig: device_io::link::RigIdentity::default(),
-        })
+        LinkState::Connected(device())
     }
 
     #[test]
     fn each_loss_and_each_return_is_reported_once() {
         let there = connected();
         let found = || Change::Found {
-            firmware: "f".to_owned(),
+            firmware: device().firmware,
         };
         let mut presence = Presence::default();
         assert!(!presence.lost(), "it was never there");

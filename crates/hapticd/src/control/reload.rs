@@ -72,7 +72,7 @@ async fn reread(rig: &RigHandle) -> Result<ReloadReply, WireError> {
             return Err(refusal(&format!("{}: {error}", path.display())));
         }
     };
-    let library = library::look_through(rig).await;
+    let (changed_scene, scene_problems) = library::look_through(rig).await;
     let before = rig.facts.limits();
     let tick = if limits == before {
         None
@@ -87,8 +87,8 @@ async fn reread(rig: &RigHandle) -> Result<ReloadReply, WireError> {
             tick,
         }),
         needs_restart,
-        changed_scene: library.changed_scene,
-        scene_problems: library.problems,
+        changed_scene,
+        scene_problems,
     })
 }
 

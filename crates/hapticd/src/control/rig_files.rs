@@ -4,9 +4,9 @@
 //! A disk may be slow and a mount may hang, so files are read and written by [`Workers`] of which
 //! there is one, for whom nothing waits for longer than [`READ_TIMEOUT`] or [`WRITE_TIMEOUT`].
 
-use crate::control::facts::ConnectedDevice;
 use crate::control::whole_file;
 use crate::threads::Workers;
+use device_io::link::DeviceInfo;
 use haptic_ipc::quantity::number;
 use haptic_ipc::regular_file::{self, with_short_lines};
 use haptic_ipc::{ErrorCode, Peer, WireError};
@@ -59,7 +59,7 @@ pub(super) struct Origin {
 
 impl Origin {
     /// Something found of a device now, for a client.
-    pub(super) fn now(device: &ConnectedDevice, by: &Peer) -> Self {
+    pub(super) fn now(device: &DeviceInfo, by: &Peer) -> Self {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         Self {
             rig: device.rig.key.clone(),
@@ -86,7 +86,7 @@ impl Origin {
     }
 
     /// How a device differs from the one that something was found of, so that it is not valid for it.
-    pub(super) fn difference(&self, device: &ConnectedDevice) -> Option<String> {
+    pub(super) fn difference(&self, device: &DeviceInfo) -> Option<String> {
         if self.rig != device.rig.key {
             return Some(format!("its record is of another rig, {}", self.rig));
         }
@@ -104,7 +104,7 @@ impl Origin {
 
     /// Why a device that does not differ may yet be another, or do something else with a command: nothing that is
     /// relied on is taken as it was then.
-    pub(super) fn doubt(&self, device: &ConnectedDevice) -> Option<String> {
+    pub(super) fn doubt(&self, device: &DeviceInfo) -> Option<String> {
         let mut doubts = Vec::new();
         if !device.rig.has_serial_number {
             doubts.push("it has no serial number".to_owned());
@@ -137,7 +137,7 @@ impl Origin {
     }
 
     /// How the name of a device's firmware differs.
-    pub(super) fn other_firmware(&self, device: &ConnectedDevice) -> Option<String> {
+    pub(super) fn other_firmware(&self, device: &DeviceInfo) -> Option<String> {
         (self.firmware != device.firmware).then(|| {
             format!(
                 "its firmware is `{}`, and was `{}` then",
@@ -188,10 +188,7 @@ impl RigFolder {
     /// # Errors
     /// The file cannot be read, or not in time; the message names it.
     pub(super) async fn read<T: DeserializeOwned + Send + 'static>(&self, key: &str) -> Result<Option<T>, String> {
-        let path = self.path_of(key);
-        let asked = path.clone();
-        let found = self.run(READ_TIMEOUT, move || read(&asked)).await;
-        found.map_err(|why| format!("{}: {why}", path.display()))
+        self.run(key, READ_TIMEOUT, read).await
     }
 
     /// Writes the file of a rig; returns its path.
@@ -199,11 +196,10 @@ impl RigFolder {
     /// # Errors
     /// The file cannot be written, or not in time.
     pub(super) async fn write<T: Serialize + Send + 'static>(&self, key: &str, found: T) -> Result<PathBuf, WireError> {
-        let path = self.path_of(key);
-        let (to, heading) = (path.clone(), self.heading);
-        let written = self.run(WRITE_TIMEOUT, move || write(&to, heading, &found)).await;
-        written.map_err(|why| cannot_write(&path, &why))?;
-        Ok(path)
+        let heading = self.heading;
+        let written = self.run(key, WRITE_TIMEOUT, move |path| write(path, heading, &found));
+        written.await.map_err(cannot_write)?;
+        Ok(self.path_of(key))
     }
 
     /// Whether the file of a rig could be written, before what takes a minute and ends with it.
@@ -211,12 +207,10 @@ impl RigFolder {
     /// # Errors
     /// As [`Self::write`].
     pub(super) async fn check(&self, key: &str) -> Result<(), WireError> {
-        let path = self.path_of(key);
-        let to = path.clone();
-        let written = self.run(WRITE_TIMEOUT, move || {
-            whole_file::check(&to).map_err(|error| error.to_string())
+        let written = self.run(key, WRITE_TIMEOUT, |path| {
+            whole_file::check(path).map_err(|error| error.to_string())
         });
-        written.await.map_err(|why| cannot_write(&path, &why))
+        written.await.map_err(cannot_write)
     }
 
     /// Removes the file of a rig, behind what is under way with files.
@@ -234,21 +228,28 @@ impl RigFolder {
         removed.map_err(|why| format!("{}: {why}", path.display()))
     }
 
+    /// Works with the file of a rig; an error names it.
     async fn run<T: Send + 'static>(
         &self,
+        key: &str,
         limit: Duration,
-        work: impl FnOnce() -> Result<T, String> + Send + 'static,
+        work: impl FnOnce(&Path) -> Result<T, String> + Send + 'static,
     ) -> Result<T, String> {
-        if self.disk.is_busy() {
-            return Err("the disk is still busy with the previous access".to_owned());
-        }
-        self.disk.run(limit, work).await.map_err(|error| error.to_string())?
+        let path = self.path_of(key);
+        let shown = path.display().to_string();
+        let done = if self.disk.is_busy() {
+            Err("the disk is still busy with the previous access".to_owned())
+        } else {
+            let done = self.disk.run(limit, move || work(&path)).await;
+            done.map_err(|error| error.to_string()).flatten()
+        };
+        done.map_err(|why| format!("{shown}: {why}"))
     }
 }
 
-fn cannot_write(path: &Path, why: &str) -> WireError {
-    let message = format!("{}: {why}; --state-dir names another directory", path.display());
-    WireError::new(ErrorCode::StateFile, message)
+fn cannot_write(mut why: String) -> WireError {
+    why.push_str("; --state-dir names another directory");
+    WireError::new(ErrorCode::StateFile, why)
 }
 
 fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String> {
@@ -304,9 +305,9 @@ pub(in crate::control) mod tests {
     use super::*;
     use device_io::link::RigIdentity;
 
-    pub(in crate::control) fn device() -> ConnectedDevice {
-        ConnectedDevice {
-            motors: 1,
+    pub(in crate::control) fn device() -> DeviceInfo {
+        DeviceInfo {
+            motors: None,
             firmware: "mine 1.0".to_owned(),
             force_limit_n: 20.0,
             resolution_m: 1e-5,
@@ -364,14 +365,14 @@ pub(in crate::control) mod tests {
 
     #[test]
     fn a_changed_rig_is_reported_by_what_has_changed() {
-        let difference = |device: &ConnectedDevice| origin().difference(device);
+        let difference = |device: &DeviceInfo| origin().difference(device);
         assert_eq!(difference(&device()), None);
-        let nearly = ConnectedDevice {
+        let nearly = DeviceInfo {
             resolution_m: f64::from(1.0 / (1e5_f32)),
             ..device()
         };
         assert_eq!(difference(&nearly), None, "rounded on the wire");
-        let finer = ConnectedDevice {
+        let finer = DeviceInfo {
             resolution_m: 0.5e-5,
             ..device()
         };
@@ -389,10 +390,10 @@ pub(in crate::control) mod tests {
     fn whatever_else_a_device_says_otherwise_than_then_is_in_doubt() {
         let mut sure = device();
         sure.rig.has_serial_number = true;
-        let doubt = |device: &ConnectedDevice| origin().doubt(device);
+        let doubt = |device: &DeviceInfo| origin().doubt(device);
         assert_eq!(doubt(&sure), None);
         assert_eq!(doubt(&device()).as_deref(), Some("it has no serial number"));
-        let with = |change: fn(&mut ConnectedDevice)| {
+        let with = |change: fn(&mut DeviceInfo)| {
             let mut device = sure.clone();
             change(&mut device);
             doubt(&device).expect("in doubt")

@@ -156,6 +156,9 @@ mod tests {
     use super::*;
     use std::io::{BufRead, BufReader};
 
+    /// Bytes of a line that no pipe holds.
+    const LONG: usize = 2 * 1024 * 1024;
+
     fn notice(lost: u64) -> String {
         format!("{lost} lost\n")
     }
@@ -168,17 +171,21 @@ mod tests {
         }
     }
 
-    // hazard: H1
-    #[test]
-    fn log_lines_lost_to_an_unread_pipe_are_counted_and_reported() {
+    /// An outlet whose first line is more than any pipe holds, once it is being written; and the end to read.
+    fn blocked(backlog: Backlog, lost: fn(u64) -> String) -> (Outlet, BufReader<impl std::io::Read>) {
         let (reader, writer) = std::io::pipe().expect("a pipe");
-        let outlet = Outlet::start("log", writer, Backlog::Oldest(4), notice).expect("a thread");
-        // More than any pipe holds.
-        let long = "x".repeat(2 * 1024 * 1024) + "\n";
-        outlet.enqueue(long.clone());
+        let outlet = Outlet::start("log", writer, backlog, lost).expect("a thread");
+        outlet.enqueue("x".repeat(LONG - 1) + "\n");
         wait_for("the write to begin", || {
             outlet.queue.lines.is_empty() && outlet.queue.writing_since_ms.load(SeqCst) > 0
         });
+        (outlet, BufReader::new(reader))
+    }
+
+    // hazard: H1
+    #[test]
+    fn log_lines_lost_to_an_unread_pipe_are_counted_and_reported() {
+        let (outlet, reader) = blocked(Backlog::Oldest(4), notice);
         let began = Instant::now();
         for index in 0..10 {
             outlet.enqueue(format!("{index}\n"));
@@ -188,8 +195,8 @@ mod tests {
             !outlet.is_busy(Duration::from_millis(1))
         });
 
-        let mut lines = BufReader::new(reader).lines().map(|line| line.expect("text"));
-        assert_eq!(lines.next().map(|line| line.len() + 1), Some(long.len()));
+        let mut lines = reader.lines().map(|line| line.expect("text"));
+        assert_eq!(lines.next().map(|line| line.len() + 1), Some(LONG));
         let printed: Vec<String> = lines.by_ref().take(5).collect();
         assert_eq!(printed, ["0", "1", "2", "3", "6 lost"]);
         outlet.enqueue("after\n".to_owned());
@@ -200,17 +207,11 @@ mod tests {
     // hazard: H1
     #[test]
     fn of_status_lines_only_the_newest_waits() {
-        let (reader, writer) = std::io::pipe().expect("a pipe");
-        let outlet = Outlet::start("status-line", writer, Backlog::Newest, |_| String::new()).expect("a thread");
-        let long = "x".repeat(2 * 1024 * 1024) + "\n";
-        outlet.enqueue(long);
-        wait_for("the write to begin", || {
-            outlet.queue.lines.is_empty() && outlet.queue.writing_since_ms.load(SeqCst) > 0
-        });
+        let (outlet, reader) = blocked(Backlog::Newest, |_| String::new());
         for index in 0..10 {
             outlet.enqueue(format!("{index}\n"));
         }
-        let mut lines = BufReader::new(reader).lines().map(|line| line.expect("text"));
+        let mut lines = reader.lines().map(|line| line.expect("text"));
         lines.next();
         assert_eq!(lines.next().as_deref(), Some("9"));
         wait_for("the end of it", || !outlet.is_busy(Duration::MAX));

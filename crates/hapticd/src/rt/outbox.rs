@@ -18,6 +18,7 @@ use std::iter::{once, once_with};
 
 /// One tick as the real-time thread saw it.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(test, derive(Default))]
 pub(crate) struct TickRecord {
     pub(crate) tick: u64,
     pub(crate) deadline_ns: u64,
@@ -257,28 +258,11 @@ pub(crate) mod tests {
             began_ns: tick * 1_000_000 + 50,
             ended_ns: tick * 1_000_000 + 1050,
             device_round_trip_ns: 200,
-            missed_periods: 0,
-            dropped: 0,
             revision: 1,
             elapsed_ns: 1_000_000,
             device_time_ns: tick * 1_000_000,
-            sample_position: 0.0,
-            device_sequence: 0,
-            samples_forgotten: 0,
-            ramp_steps: 0,
-            clock_error: None,
-            input_word: InputWord::default(),
-            device_position: 0.0,
-            device_velocity: 0.0,
-            block_position: 0.0,
-            block_velocity: 0.0,
-            coupling_force: 0.0,
-            command_force: 0.0,
-            energy_excess: 0.0,
-            contact: 0,
-            motion_end: None,
             state: RigState::Idle,
-            fault: None,
+            ..TickRecord::default()
         }
     }
 

@@ -8,6 +8,7 @@ use crate::rt::thread::{Policy, ThreadSettings};
 use crate::threads::block_signals;
 use haptic_ipc::socket_permission::user_in_limits;
 use haptic_ipc::{Problem, RealTimeStatus};
+use nix::errno::Errno;
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CapabilitySet, CpuSet, capabilities, sched_getaffinity, sched_setaffinity};
@@ -157,26 +158,27 @@ pub(crate) fn prepare_thread(settings: &ThreadSettings, status: &mut RealTimeSta
             }),
         }
     }
-    let (scheduled, priority) = match settings.policy {
-        Policy::Fifo { priority } => (set_fifo(priority), priority),
-        Policy::Deadline => (set_deadline(settings.period_ns), 99),
-    };
-    match (scheduled, settings.policy) {
-        (Ok(()), Policy::Fifo { priority }) => status.fifo_priority = Some(priority),
-        (Ok(()), Policy::Deadline) => status.deadline_scheduled = true,
-        (Err(error), Policy::Deadline) => status.problems.push(Problem {
-            what: format!("the loop is not scheduled by deadline: sched_setattr says {error}"),
-            remedy: format!(
-                "`sudo setcap cap_sys_nice,cap_ipc_lock+ep {}`, and no cpuset or affinity on the process; or take --policy fifo",
-                program()
-            ),
-        }),
-        (Err(error), Policy::Fifo { .. }) => status.problems.push(Problem {
-            what: format!(
-                "the loop has no real-time priority, other programs can delay it: sched_setscheduler says {error}"
-            ),
-            remedy: higher_limit(&format!("rtprio {priority}"), &format!("LimitRTPRIO={priority}")),
-        }),
+    match settings.policy {
+        Policy::Fifo { priority } => match set_fifo(priority) {
+            Ok(()) => status.fifo_priority = Some(priority),
+            Err(error) => status.problems.push(Problem {
+                what: format!(
+                    "the loop has no real-time priority, other programs can delay it: sched_setscheduler says {error}"
+                ),
+                remedy: higher_limit(&format!("rtprio {priority}"), &format!("LimitRTPRIO={priority}")),
+            }),
+        },
+        Policy::Deadline => match set_deadline(settings.period_ns) {
+            Ok(()) => status.deadline_scheduled = true,
+            Err(error) => status.problems.push(Problem {
+                what: format!("the loop is not scheduled by deadline: sched_setattr says {error}"),
+                remedy: format!(
+                    "`sudo setcap cap_sys_nice,cap_ipc_lock+ep {}`, and no cpuset or affinity on the process; or take \
+                     --policy fifo",
+                    program()
+                ),
+            }),
+        },
     }
 }
 
@@ -218,11 +220,7 @@ fn set_deadline(period_ns: u64) -> Result<(), std::io::Error> {
     };
     // SAFETY: a plain system call on the calling thread (0) with a valid structure that says its own size.
     let result = unsafe { libc::syscall(libc::SYS_sched_setattr, 0, &raw const attributes, 0) };
-    if result == 0 {
-        Ok(())
-    } else {
-        Err(std::io::Error::last_os_error())
-    }
+    Ok(Errno::result(result).map(drop)?)
 }
 
 fn set_fifo(priority: u8) -> Result<(), std::io::Error> {
@@ -230,11 +228,7 @@ fn set_fifo(priority: u8) -> Result<(), std::io::Error> {
     let priority = libc::c_int::from(priority);
     // SAFETY: a plain system call on the calling thread (0) with a valid structure.
     let result = unsafe { libc::syscall(libc::SYS_sched_setscheduler, 0, libc::SCHED_FIFO, &raw const priority) };
-    if result == 0 {
-        Ok(())
-    } else {
-        Err(std::io::Error::last_os_error())
-    }
+    Ok(Errno::result(result).map(drop)?)
 }
 
 fn program() -> String {

@@ -392,33 +392,25 @@ mod tests {
         wrong_way_limit_m: 1e-4,
     };
 
-    /// A handle of 1 kg with 0.5 N of friction under a pulse; what was found and whether it was over in time.
+    /// A handle of 1 kg with 0.5 N of friction that 2 N push for 0.2 s; what was found and whether it was over in time.
     fn pushed(gap: bool) -> (HandleMotion, PulseReport, bool) {
         let mut motion = HandleMotion::new(1e-5);
         motion.begin_pulse(SHAPE, FIRST_AXIS);
-        let (mut position, mut velocity): (f64, f64) = (0.0, 0.0);
         let mut over = None;
         for tick in 0..3000_u64 {
-            let force_n = if (510..710).contains(&tick) { 2.0 } else { 0.0 };
+            let gone_s = 1e-3 * (tick as f64 - 510.0);
+            let (pushed_s, coasts_s) = (gone_s.clamp(0.0, 0.2), (gone_s - 0.2).clamp(0.0, 0.6));
+            let position = 0.75 * pushed_s * pushed_s + 0.3 * coasts_s - 0.25 * coasts_s * coasts_s;
             let mut seen = record(tick);
             seen.device_position = (position / 1e-5).round() * 1e-5;
-            seen.device_velocity = velocity;
-            seen.command_force = force_n;
+            seen.device_velocity = 1.5 * pushed_s - 0.5 * coasts_s;
+            seen.command_force = if (510..710).contains(&tick) { 2.0 } else { 0.0 };
             seen.motion_end = (tick >= 710).then_some(MotionEnd::Time);
             if !gap || tick != 600 {
                 motion.take(&seen, None);
             }
             if motion.pulse_is_over() {
                 over.get_or_insert(tick);
-            }
-            for _ in 0..100 {
-                let free = velocity + force_n * 1e-5;
-                velocity = if free.abs() <= 0.5e-5 {
-                    0.0
-                } else {
-                    free - 0.5e-5 * free.signum()
-                };
-                position += velocity * 1e-5;
             }
         }
         assert!(over.is_some_and(|tick| tick > 710), "{over:?}");

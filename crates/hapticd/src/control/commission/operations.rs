@@ -2,7 +2,7 @@
 //! `commission.end`.
 
 use super::pulse as one_pulse;
-use crate::control::facts::no_device;
+use crate::control::facts::{no_device, of_motor};
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::{Findings, Record};
 use crate::control::rig::exclusive_use::{self, largest_force_n, resting_device};
@@ -41,18 +41,18 @@ pub(in crate::control) async fn begin(
         rig.known.records.of_parts(&device).await?;
     }
     let refuse = |message: &str| Err(WireError::new(ErrorCode::NotApplicable, message).about("motor"));
-    let motor = match (motor, device.motors) {
-        (None, 1) => None,
-        (Some(_), 1) => return refuse("this rig has one motor: leave `motor` out"),
-        (None, _) => return refuse("a rig of two axes is commissioned one motor at a time: name `motor` 1 or 2"),
-        (Some(number), _) => Some(number as usize - 1),
+    let motor = match (motor, rig.facts.is_plane()) {
+        (None, false) => None,
+        (Some(_), false) => return refuse("this rig has one motor: leave `motor` out"),
+        (None, true) => return refuse("a rig of two axes is commissioned one motor at a time: name `motor` 1 or 2"),
+        (Some(number), true) => Some(number as usize - 1),
     };
     if rig.facts.homing().is_some_and(|homing| !homing.is_homed()) {
         let message = "cannot commission: the home pose is not known: bring the hand there, and run `haptic-ctl home`";
         return Err(WireError::new(ErrorCode::WrongState, message).about("homed"));
     }
     let device = match motor {
-        Some(motor) => device.of_motor(motor),
+        Some(motor) => of_motor(device, motor),
         None => device,
     };
     let work = Work::Commissioning(Commissioning {

@@ -97,10 +97,11 @@ impl RigHandle {
         let _engaging = self.channel.begin_engaging();
         // Whatever the scene is like, the rig has to be reset first.
         self.pump();
-        match self.channel.state() {
-            RigState::Stopped => return Err(refused_in(RigState::Stopped, ErrorCode::Stopped, "engage", RESET_FIRST)),
-            RigState::Faulted => return Err(self.refused_as_faulted("engage")),
-            _ => {}
+        let state = self.channel.state();
+        if state != RigState::Disconnected
+            && let Some(refusal) = self.refusal_in(state, "engage")
+        {
+            return Err(refusal);
         }
         if !anyway {
             self.refuse_chatter(&admission).await?;
@@ -212,27 +213,38 @@ impl RigHandle {
         if !outcome.refused {
             return Ok(outcome);
         }
-        let (code, hint) = match outcome.state {
-            RigState::Stopped if command == Command::Reset => (ErrorCode::Stopped, "another stop came in between"),
-            RigState::Stopped => (ErrorCode::Stopped, RESET_FIRST),
-            RigState::Faulted => return Err(self.refused_as_faulted(verb)),
-            RigState::Disconnected => (
-                ErrorCode::WrongState,
-                "its device cannot be read; see `haptic-ctl doctor`",
-            ),
-            _ if admission.connection != self.known.connection() => (
+        let is_overtaken = command == Command::Reset && outcome.state == RigState::Stopped;
+        if !is_overtaken && let Some(refusal) = self.refusal_in(outcome.state, verb) {
+            return Err(refusal);
+        }
+        let (code, hint) = if is_overtaken {
+            (ErrorCode::Stopped, "another stop came in between")
+        } else if admission.connection != self.known.connection() {
+            (
                 ErrorCode::WrongState,
                 "another device was connected in between; try again",
-            ),
-            _ => (ErrorCode::WrongState, "a stop came in between"),
+            )
+        } else {
+            (ErrorCode::WrongState, "a stop came in between")
         };
         Err(refused_in(outcome.state, code, verb, hint))
     }
 
-    /// The refusal of a faulted rig to do something, with its fault.
-    pub(in crate::control) fn refused_as_faulted(&self, verb: &str) -> WireError {
-        let message = format!("cannot {verb} while {}: reset it first", self.faulted());
-        WireError::new(ErrorCode::Faulted, message).about("state")
+    /// The refusal of a rig that is stopped, faulted or disconnected to do something; of no other.
+    pub(in crate::control) fn refusal_in(&self, state: RigState, verb: &str) -> Option<WireError> {
+        let (code, hint) = match state {
+            RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
+            RigState::Faulted => {
+                let message = format!("cannot {verb} while {}: reset it first", self.faulted());
+                return Some(WireError::new(ErrorCode::Faulted, message).about("state"));
+            }
+            RigState::Disconnected => (
+                ErrorCode::WrongState,
+                "its device cannot be read; see `haptic-ctl doctor`",
+            ),
+            _ => return None,
+        };
+        Some(refused_in(state, code, verb, hint))
     }
 
     /// That the rig is faulted, and with what.
@@ -321,10 +333,8 @@ impl RigHandle {
     }
 }
 
-const RESET_FIRST: &str = "reset it first";
-
 /// The refusal of a state to do something.
-fn refused_in(state: RigState, code: ErrorCode, verb: &str, hint: &str) -> WireError {
+pub(in crate::control) fn refused_in(state: RigState, code: ErrorCode, verb: &str, hint: &str) -> WireError {
     WireError::new(code, format!("cannot {verb} while the rig is {state}: {hint}")).about("state")
 }
 

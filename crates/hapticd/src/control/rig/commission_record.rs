@@ -1,10 +1,11 @@
 //! The records of commissioned rigs.
 
-use crate::control::facts::ConnectedDevice;
+use crate::control::facts::of_motor;
 use crate::control::rig::both_motors::{DrivenAlone, WorstPlaces, of_both};
 use crate::control::rig_files::{Origin, RigFolder};
 use crate::threads::Workers;
 use device_io::kinematics::Kinematics;
+use device_io::link::DeviceInfo;
 use haptic_core::scene::Coupling;
 use haptic_ipc::{ErrorCode, Peer, WireError};
 use serde::{Deserialize, Serialize};
@@ -131,7 +132,7 @@ impl Records {
 
     /// Whether a rig was commissioned and has not changed since. A cached answer may be a moment
     /// old.
-    pub(in crate::control) async fn known(&self, device: &ConnectedDevice, may_be_cached: bool) -> CommissionState {
+    pub(in crate::control) async fn known(&self, device: &DeviceInfo, may_be_cached: bool) -> CommissionState {
         if may_be_cached && let Some(known) = self.fresh(device.connection) {
             return known;
         }
@@ -140,17 +141,25 @@ impl Records {
         known
     }
 
+    /// What is commissioned of a device, each under a key of its own: the rig, or each of two motors.
+    fn parts(&self, device: &DeviceInfo) -> Vec<DeviceInfo> {
+        match self.kinematics {
+            None => vec![device.clone()],
+            Some(_) => [0, 1].map(|motor| of_motor(device.clone(), motor)).into(),
+        }
+    }
+
     /// What is known of a rig by the records of all its motors.
-    async fn of_all_motors(&self, device: &ConnectedDevice) -> CommissionState {
+    async fn of_all_motors(&self, device: &DeviceInfo) -> CommissionState {
         let is_confirmed = self.confirmed.get() == Some(device.connection);
         let (mut records, mut doubt) = (Vec::new(), None);
-        for (number, part) in (1..).zip(device.parts()) {
+        for (number, part) in (1..).zip(self.parts(device)) {
             match self.of_this_rig(&part).await {
                 Err(why) => {
                     let is_reversed = self.is_refuted(&part);
-                    let why = match device.motors {
-                        ..=1 => why,
-                        _ => format!("motor {number}: {why}"),
+                    let why = match self.kinematics {
+                        None => why,
+                        Some(_) => format!("motor {number}: {why}"),
                     };
                     return CommissionState::Not { why, is_reversed };
                 }
@@ -171,13 +180,9 @@ impl Records {
     }
 
     /// What a rig is by a record that is not stored yet, and by those of its other motors; `None` where one has none.
-    pub(in crate::control) async fn findings_with(
-        &self,
-        device: &ConnectedDevice,
-        record: &Record,
-    ) -> Option<Findings> {
+    pub(in crate::control) async fn findings_with(&self, device: &DeviceInfo, record: &Record) -> Option<Findings> {
         let mut records = Vec::new();
-        for part in device.parts() {
+        for part in self.parts(device) {
             records.push(if part.rig.key == record.origin.rig {
                 record.clone()
             } else {
@@ -205,14 +210,14 @@ impl Records {
         found
     }
 
-    fn is_refuted(&self, device: &ConnectedDevice) -> bool {
+    fn is_refuted(&self, device: &DeviceInfo) -> bool {
         let refuted = self.refuted.borrow();
         let of = refuted.get(&device.rig.key);
         of.is_some_and(|of| of.is_none_or(|connection| connection == device.connection))
     }
 
     /// The record that is valid for a device, or why there is none.
-    async fn of_this_rig(&self, device: &ConnectedDevice) -> Result<Record, String> {
+    async fn of_this_rig(&self, device: &DeviceInfo) -> Result<Record, String> {
         if self.is_refuted(device) {
             return Err(
                 "its motor has moved the handle the wrong way: swap its wires or those of the encoder first".to_owned(),
@@ -234,10 +239,10 @@ impl Records {
     /// One was not, or has changed too much since.
     pub(in crate::control) async fn of_parts(
         &self,
-        device: &ConnectedDevice,
-    ) -> Result<Vec<(ConnectedDevice, Record)>, WireError> {
+        device: &DeviceInfo,
+    ) -> Result<Vec<(DeviceInfo, Record)>, WireError> {
         let mut records = Vec::new();
-        for part in device.parts() {
+        for part in self.parts(device) {
             let record = self.of_this_rig(&part).await.map_err(|why| {
                 let message = format!(
                     "cannot take {} for a commissioned rig: {why}: run `haptic-ctl commission`",
@@ -255,7 +260,7 @@ impl Records {
     ///
     /// # Errors
     /// None is, the device has changed too much for that, or the file cannot be written.
-    pub(in crate::control) async fn confirm(&self, device: &ConnectedDevice, by: &Peer) -> Result<(), WireError> {
+    pub(in crate::control) async fn confirm(&self, device: &DeviceInfo, by: &Peer) -> Result<(), WireError> {
         for (part, record) in self.of_parts(device).await? {
             let origin = Origin::now(&part, by);
             if origin.is_of_the_same(&record.origin) {
@@ -271,7 +276,7 @@ impl Records {
     ///
     /// # Errors
     /// It could not, or not in time.
-    pub(in crate::control) async fn check(&self, device: &ConnectedDevice) -> Result<(), WireError> {
+    pub(in crate::control) async fn check(&self, device: &DeviceInfo) -> Result<(), WireError> {
         self.folder.check(&device.rig.key).await
     }
 
@@ -288,7 +293,7 @@ impl Records {
     }
 
     /// A motor has moved the handle the wrong way: whatever was found of its rig before holds no longer, from now on.
-    pub(in crate::control) fn refute(&self, device: &ConnectedDevice) {
+    pub(in crate::control) fn refute(&self, device: &DeviceInfo) {
         let of = (!device.rig.has_serial_number).then_some(device.connection);
         self.refuted.borrow_mut().insert(device.rig.key.clone(), of);
         self.confirmed.set(None);
@@ -300,7 +305,7 @@ impl Records {
     ///
     /// # Errors
     /// The file cannot be removed, or not in time.
-    pub(in crate::control) async fn withdraw(&self, device: &ConnectedDevice) -> Result<(), String> {
+    pub(in crate::control) async fn withdraw(&self, device: &DeviceInfo) -> Result<(), String> {
         if !device.rig.has_serial_number {
             return Ok(());
         }
@@ -317,6 +322,12 @@ impl Records {
 mod tests {
     use super::*;
     use crate::control::rig_files::tests::{device, origin};
+
+    #[test]
+    fn each_motor_has_a_record_of_its_own() {
+        let [first, second] = [0, 1].map(|motor| of_motor(device(), motor).rig.key);
+        assert_ne!(first, second);
+    }
 
     // hazard: H13
     #[tokio::test]
@@ -343,7 +354,7 @@ mod tests {
             assert!(!is_in(&records.known(&rig, true).await), "at once");
             records.withdraw(&rig).await.expect("removed");
             assert!(!is_in(&records.known(&rig, false).await));
-            let plugged_in_again = ConnectedDevice {
+            let plugged_in_again = DeviceInfo {
                 connection: rig.connection + 1,
                 ..rig.clone()
             };

@@ -1,7 +1,7 @@
 //! The files of what was identified of rigs, one a rig.
 
-use crate::control::facts::ConnectedDevice;
 use crate::control::rig_files::{Origin, RigFolder};
+use device_io::link::DeviceInfo;
 use haptic_core::rig_friction::RigFriction;
 use haptic_ipc::{Peer, WireError};
 use serde::{Deserialize, Serialize};
@@ -71,7 +71,7 @@ impl RigFrictions {
     }
 
     /// What is known of the friction of a rig; its file is read until it was read once for a connection.
-    pub(in crate::control) async fn of(&self, device: &ConnectedDevice) -> KnownFriction {
+    pub(in crate::control) async fn of(&self, device: &DeviceInfo) -> KnownFriction {
         match self.known(device.connection) {
             None | Some(KnownFriction::Unread(_)) => {}
             Some(known) => return known,
@@ -103,7 +103,7 @@ impl RigFrictions {
     /// A value is out of range, or the file cannot be written in time.
     pub(in crate::control) async fn store(
         &self,
-        device: &ConnectedDevice,
+        device: &DeviceInfo,
         friction: RigFriction,
         by: &Peer,
     ) -> Result<PathBuf, WireError> {
@@ -118,7 +118,7 @@ impl RigFrictions {
     }
 }
 
-fn usable(record: &FrictionRecord, device: &ConnectedDevice) -> Result<RigFriction, String> {
+fn usable(record: &FrictionRecord, device: &DeviceInfo) -> Result<RigFriction, String> {
     record.friction.validate().map_err(|error| error.to_string())?;
     let other_device = || {
         let firmware = record.origin.other_firmware(device)?;
@@ -139,14 +139,8 @@ mod tests {
 
     const FRICTION: RigFriction = RigFriction {
         mass: 1.4,
-        dynamic_force: Directional {
-            positive: 0.8,
-            negative: 0.7,
-        },
-        viscous: Directional {
-            positive: 0.5,
-            negative: 0.5,
-        },
+        dynamic_force: Directional::new(0.8, 0.7),
+        viscous: Directional::both(0.5),
         cogging: None,
         uncertainty: None,
     };

@@ -3,7 +3,6 @@
 //! engage.
 
 use crate::control::advise::BrokenBounds;
-use crate::control::facts::ConnectedDevice;
 use crate::control::facts::Facts;
 use crate::control::history::FIRST_REVISION;
 use crate::control::judge::Verdicts;
@@ -16,6 +15,7 @@ use crate::rt::inbox::RigSetup;
 use crate::threads::Workers;
 use crate::timers::every;
 use device_io::kinematics::Worst;
+use device_io::link::DeviceInfo;
 use haptic_core::Directional;
 use haptic_core::adviser::RigFacts;
 use haptic_core::compensation::Compensation;
@@ -179,7 +179,8 @@ impl KnownRig {
 
     /// What it takes up: by an option, else as it was identified, else as its commissioning found it, else the default.
     /// `found` is what its commissioning has just found, where it has.
-    fn own_friction(&self, identified: Option<RigFriction>, found: Option<Findings>) -> OwnFriction {
+    fn own_friction(&self, found: Option<Findings>) -> OwnFriction {
+        let identified = self.friction().identified();
         let commissioned = || self.commissioned().map(|(findings, _)| findings);
         let found = found.or_else(commissioned).unwrap_or_default();
         let (options, default) = (self.facts.friction, self.facts.servo.get().losses);
@@ -229,7 +230,7 @@ impl KnownRig {
 
     /// What the loop gets to know of it.
     pub(in crate::control) fn setup(&self) -> RigSetup {
-        let own = self.own_friction(self.friction().identified(), None);
+        let own = self.own_friction(None);
         RigSetup {
             losses: own.losses,
             compensation: own.compensation,
@@ -239,7 +240,7 @@ impl KnownRig {
     /// The adviser's facts: what is compensated is not taken up. With them, where they come from, for people: the
     /// link's are measured, and change from one look to the next.
     pub(in crate::control) fn advice_basis(&self) -> (RigFacts, AdviceBasis) {
-        let own = self.own_friction(self.friction().identified(), None);
+        let own = self.own_friction(None);
         let left = own
             .compensation
             .map_or(own.losses, |compensation| compensation.left_of(own.losses));
@@ -295,7 +296,7 @@ impl KnownRig {
     /// It for a trial of a scene: its own friction stays, and what is compensated of it is given back. `found` is what
     /// its commissioning has just found, where it has.
     pub(in crate::control) fn trial_basis(&self, found: Option<Findings>) -> TrialBasis {
-        let own = self.own_friction(self.friction().identified(), found);
+        let own = self.own_friction(found);
         let friction_n = match own.identified {
             Some(friction) if own.friction_from == LossSource::Identified => friction.dynamic_force,
             _ => Directional::both(own.losses.friction),
@@ -327,8 +328,7 @@ impl KnownRig {
 
     /// What is known of its friction, and what is done with it.
     pub(in crate::control) fn friction_status(&self) -> RigFrictionStatus {
-        let known = self.friction();
-        let own = self.own_friction(known.identified(), None);
+        let own = self.own_friction(None);
         RigFrictionStatus {
             friction_n: own.losses.friction,
             friction_from: own.friction_from,
@@ -336,12 +336,12 @@ impl KnownRig {
             damping_from: own.damping_from,
             identified: own.identified,
             compensated_share: own.compensated_share(),
-            problem: known.problem().map(str::to_owned),
+            problem: self.friction().problem().map(str::to_owned),
         }
     }
 
     /// Reads what the files have of a device.
-    async fn read(&self, device: &ConnectedDevice) {
+    async fn read(&self, device: &DeviceInfo) {
         let before = self.frictions.known(device.connection);
         // What its commissioning found is used as well.
         drop(self.records.known(device, true).await);

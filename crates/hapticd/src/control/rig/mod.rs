@@ -14,7 +14,7 @@ pub(crate) mod loop_channel;
 mod scenes;
 pub(super) mod schedule;
 
-pub(in crate::control) use commands::{Asked, ReadAfter};
+pub(in crate::control) use commands::{Asked, ReadAfter, refused_in};
 pub(in crate::control) use known_rig::Suited;
 pub(in crate::control) use scenes::Compiled;
 

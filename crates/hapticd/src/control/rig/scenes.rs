@@ -15,7 +15,8 @@ use std::rc::Rc;
 pub(in crate::control) struct Compiled {
     scene: CompiledIn,
     ramp: Option<SceneRamp>,
-    ramp_ticks: Option<u64>,
+    /// Length of the ramp in ticks, if there is one.
+    pub(in crate::control) ramp_ticks: Option<u64>,
 }
 
 impl Compiled {
@@ -41,11 +42,6 @@ impl Compiled {
             }),
             ramp_ticks,
         })
-    }
-
-    /// Length of the ramp in ticks, if there is one.
-    pub(in crate::control) fn ramp_ticks(&self) -> Option<u64> {
-        self.ramp_ticks
     }
 
     /// How many scenes lead to it, with itself; 0 where it takes effect at once or fades in.

@@ -14,9 +14,7 @@ use crate::rt::schedule::ScheduledScene;
 use crate::rt::shared::{Claim, ClaimState};
 use haptic_core::Scene;
 use haptic_ipc::quantity::number;
-use haptic_ipc::{
-    ErrorCode, JournalEntry, MAX_SCHEDULED_CHANGES, Peer, RigState, SceneRamp, ScheduleStatus, WireError,
-};
+use haptic_ipc::{ErrorCode, JournalEntry, MAX_SCHEDULED_CHANGES, Peer, SceneRamp, ScheduleStatus, WireError};
 use std::collections::VecDeque;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -45,7 +43,7 @@ pub(in crate::control) struct NewChange {
 impl NewChange {
     /// The first tick after it and its ramp.
     fn over_tick(&self) -> u64 {
-        self.at_tick + self.compiled.ramp_ticks().unwrap_or(0).max(1)
+        self.at_tick + self.compiled.ramp_ticks.unwrap_or(0).max(1)
     }
 
     /// Compiled scenes that it holds: itself, and those on the way to it.
@@ -278,24 +276,14 @@ impl RigHandle {
         if schedule.session != session {
             schedule.refuse("schedule a change")?;
         }
-        let state = self.channel.state();
-        let (code, remedy) = match state {
-            RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
-            RigState::Faulted => return Err(self.refused_as_faulted("schedule a change")),
-            RigState::Disconnected => (
-                ErrorCode::WrongState,
-                "its device cannot be read; see `haptic-ctl doctor`",
-            ),
-            _ => {
-                let newest = self.channel.newest();
-                let now = newest.map_or(0, |record| record.tick);
-                let ramp_left_s = self.history().ramp_left_s(newest.as_ref());
-                schedule.check_ticks(changes, now, ramp_left_s, self.facts.period_s())?;
-                return schedule.check_room(changes, self.channel.exchange().decided);
-            }
-        };
-        let message = format!("cannot schedule a change while the rig is {state}: {remedy}");
-        Err(WireError::new(code, message).about("state"))
+        if let Some(refusal) = self.refusal_in(self.channel.state(), "schedule a change") {
+            return Err(refusal);
+        }
+        let newest = self.channel.newest();
+        let now = newest.map_or(0, |record| record.tick);
+        let ramp_left_s = self.history().ramp_left_s(newest.as_ref());
+        schedule.check_ticks(changes, now, ramp_left_s, self.facts.period_s())?;
+        schedule.check_room(changes, self.channel.exchange().decided)
     }
 
     /// Schedules changes: all of them, or none. Returns the revision of the first one.

@@ -1,10 +1,11 @@
 //! What would pass: the stiffest grip of a scene that is calm, with a factor to spare.
 
 use super::{TrialRig, is_calm};
+use crate::control::values::keyed;
 use haptic_core::adviser::{Check, RigFacts, advise};
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::scene::Coupling;
-use haptic_core::{Direction, Parameter, ParameterKey, Scene};
+use haptic_core::{Parameter, ParameterKey, Scene};
 
 /// How much softer than the stiffest calm grip is what is proposed.
 pub(in crate::control) const FACTOR: f64 = 2.0;
@@ -161,21 +162,11 @@ fn with_room<T>(most: f64, at: impl Fn(f64) -> T, passes: impl Fn(&T, f64) -> bo
 
 /// The values of some parameters that a scene has, times a share, rounded down to two digits.
 fn scaled(scene: &Scene, parameters: &[Parameter], share: f64) -> Gentler {
-    let mut scaled = Vec::with_capacity(2 * parameters.len());
-    for &parameter in parameters {
-        let Some(value) = scene.value(parameter) else { continue };
-        if value.is_symmetric() {
-            scaled.push((parameter.into(), rounded_down(value.positive * share)));
-            continue;
-        }
-        for direction in Direction::BOTH {
-            scaled.push((
-                parameter.in_direction(direction),
-                rounded_down(value.get(direction) * share),
-            ));
-        }
-    }
-    scaled
+    let values = parameters
+        .iter()
+        .filter_map(|&parameter| Some(keyed(parameter, scene.value(parameter)?)));
+    let scaled = values.flatten().map(|(key, value)| (key, rounded_down(value * share)));
+    scaled.collect()
 }
 
 /// The greatest number of two significant digits that is no greater.

@@ -158,19 +158,10 @@ fn the_calm_grip_of_a_late_link_is_calm_on_a_light_rig() {
 
 #[test]
 fn a_mirrored_scene_on_a_mirrored_rig_has_the_same_verdict() {
-    let mirrored = |value: Directional| Directional {
-        positive: value.negative,
-        negative: value.positive,
-    };
-    let lopsided = Directional {
-        positive: 0.1,
-        negative: 0.6,
-    };
+    let mirrored = |value: Directional| Directional::new(value.negative, value.positive);
+    let lopsided = Directional::new(0.1, 0.6);
     for (stiffness, damping) in [(2000.0, 1.0), (8000.0, 4.0), (25_000.0, 10.0)] {
-        let forces = Directional {
-            positive: 4.0,
-            negative: 1.5,
-        };
+        let forces = Directional::new(4.0, 1.5);
         let with = |forces| Scene {
             friction: Friction::Karnopp(Karnopp::new(forces, forces)),
             ..coupled(stiffness, damping)

@@ -221,8 +221,9 @@ impl<D: Device> Bench<D> {
 
     /// A tick that begins so long after the last one.
     fn tick_after(&mut self, after_ns: u64) -> TickRecord {
-        self.run_after(after_ns);
+        let ended_ns = self.run_after(after_ns);
         let record = self.records.pop().expect("every tick leaves a record");
+        assert_eq!(record.ended_ns, ended_ns);
         assert!(self.records.pop().is_none(), "one record, and the answers after it");
         record
     }

@@ -58,30 +58,6 @@ fn events(received: &mut mpsc::Receiver<ClientLine>) -> Vec<Event> {
 }
 
 #[test]
-fn the_state_comes_whole_at_first_and_then_at_every_change() {
-    let (mut producer, mut feed, mut received) = subscribed(outbox::RECORDS, &[Topic::State], 1, 8);
-    for (tick, state, revision) in [
-        (0, RigState::Idle, 1),
-        (1, RigState::Idle, 1),
-        (2, RigState::Engaging, 1),
-        (3, RigState::Engaging, 2),
-    ] {
-        let mut record = outbox::tests::record(tick);
-        (record.state, record.revision) = (state, revision);
-        producer.push(None, || record);
-        pump(&mut feed, &VecDeque::from([known(1), known(2)]), || None);
-    }
-    let ticks: Vec<u64> = events(&mut received)
-        .iter()
-        .map(|event| match event {
-            Event::State(state) => state.tick,
-            other => panic!("{other:?}"),
-        })
-        .collect();
-    assert_eq!(ticks, [0, 2, 3]);
-}
-
-#[test]
 fn what_a_slow_subscriber_misses_is_counted_and_reported() {
     let (mut producer, mut feed, mut received) = subscribed(outbox::RECORDS, &[Topic::Samples], 2, 1);
     let scenes = VecDeque::from([known(1)]);
@@ -215,10 +191,8 @@ fn rows_begin_with_a_snapshot_and_another_follows_lost_rows() {
     let mut go_on = |ticks: std::ops::Range<u64>, snapshot_at: Option<u64>, feed: &mut Feed| {
         for tick in ticks {
             if snapshot_at == Some(tick) {
-                let snapshot = Some(TickSnapshot {
-                    tick,
-                    snapshot: snapshot(),
-                });
+                let snapshot = snapshot();
+                let snapshot = Some(TickSnapshot { tick, snapshot });
                 producer.send(FromLoop::Snapshot(Box::new(snapshot)));
             }
             producer.push(None, || outbox::tests::record(tick));
@@ -226,27 +200,18 @@ fn rows_begin_with_a_snapshot_and_another_follows_lost_rows() {
         pump(feed, &scenes, || None);
         (summaries(&events(&mut received)), feed.is_snapshot_due())
     };
-    assert_eq!(
-        go_on(0..5, None, &mut feed),
-        (vec![], true),
-        "they wait for the first one"
-    );
+    let before = go_on(0..5, None, &mut feed);
+    assert_eq!(before, (vec![], true), "they wait for the first one");
     feed.snapshot_asked();
     assert!(!feed.is_snapshot_due(), "it is asked for once");
-    let begun = vec!["snapshot before 8".to_owned(), "rows 8 to 11".to_owned()];
-    assert_eq!(go_on(5..12, Some(8), &mut feed), (begun, false));
-    assert_eq!(
-        go_on(12..15, None, &mut feed),
-        (vec!["rows 12 to 14".to_owned()], false)
-    );
+    let said = |lines: &[&str], due| (lines.iter().map(ToString::to_string).collect::<Vec<_>>(), due);
+    let begun = said(&["snapshot before 8", "rows 8 to 11"], false);
+    assert_eq!(go_on(5..12, Some(8), &mut feed), begun);
+    assert_eq!(go_on(12..15, None, &mut feed), said(&["rows 12 to 14"], false));
     // The queue holds sixteen.
-    let (lossy, due) = go_on(15..40, None, &mut feed);
-    assert_eq!(
-        (lossy, due),
-        (vec!["rows 15 to 30".to_owned()], false),
-        "nothing is known of it yet"
-    );
-    assert_eq!(go_on(40..43, None, &mut feed), (vec!["rows 40 to 42".to_owned()], true));
-    let again = vec!["snapshot before 44".to_owned(), "rows 43 to 46".to_owned()];
-    assert_eq!(go_on(43..47, Some(44), &mut feed), (again, false));
+    let lossy = said(&["rows 15 to 30"], false);
+    assert_eq!(go_on(15..40, None, &mut feed), lossy, "nothing is known of it yet");
+    assert_eq!(go_on(40..43, None, &mut feed), said(&["rows 40 to 42"], true));
+    let again = said(&["snapshot before 44", "rows 43 to 46"], false);
+    assert_eq!(go_on(43..47, Some(44), &mut feed), again);
 }

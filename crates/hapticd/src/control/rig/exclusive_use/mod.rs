@@ -9,10 +9,12 @@
 pub(in crate::control) mod motion;
 
 use crate::control::RigHandle;
-use crate::control::facts::{ConnectedDevice, no_device};
+use crate::control::facts::no_device;
 use crate::control::peer::Requester;
 use crate::control::rig::both_motors::DrivenAlone;
+use crate::control::rig::refused_in;
 use crate::telemetry::motion::HandleMotion;
+use device_io::link::DeviceInfo;
 use haptic_core::scene::Coupling;
 use haptic_ipc::{ErrorCode, ExcitationReport, MAX_COMMISSION_LEASE_MS, Peer, PulseReport, RigState, WireError};
 use std::cell::Ref;
@@ -25,7 +27,7 @@ const MAX_SHARE: f64 = 0.5;
 pub(in crate::control) struct ExclusiveUse {
     pub(in crate::control) session: u64,
     pub(in crate::control) by: Peer,
-    pub(in crate::control) device: ConnectedDevice,
+    pub(in crate::control) device: DeviceInfo,
     /// The count of stops when it began: a further stop ends it.
     pub(in crate::control) stops: u64,
     pub(in crate::control) moving: bool,
@@ -68,27 +70,12 @@ pub(in crate::control) struct Identification {
 }
 
 impl Work {
-    /// What its client does to the rig, as in "cannot commission".
-    fn verb(&self) -> &'static str {
+    /// What its client does to the rig, as in "cannot commission"; the same as in "is commissioning"; and its name, as in
+    /// "the commissioning has ended".
+    fn words(&self) -> [&'static str; 3] {
         match self {
-            Self::Commissioning(_) => "commission",
-            Self::Identification(_) => "identify",
-        }
-    }
-
-    /// The same as in "is commissioning".
-    fn participle(&self) -> &'static str {
-        match self {
-            Self::Commissioning(_) => "commissioning",
-            Self::Identification(_) => "identifying",
-        }
-    }
-
-    /// Its name, as in "the commissioning has ended".
-    fn name(&self) -> &'static str {
-        match self {
-            Self::Commissioning(_) => "commissioning",
-            Self::Identification(_) => "identification",
+            Self::Commissioning(_) => ["commission", "commissioning", "commissioning"],
+            Self::Identification(_) => ["identify", "identifying", "identification"],
         }
     }
 }
@@ -129,10 +116,10 @@ pub(in crate::control) async fn begin(
     rig: &RigHandle,
     by: Requester<'_>,
     work: Work,
-    expected: &ConnectedDevice,
+    expected: &DeviceInfo,
 ) -> Result<(), WireError> {
     let stops = rig.channel.stops();
-    let (verb, name) = (work.verb(), work.name());
+    let [verb, _, name] = work.words();
     if rig.facts.is_plane() && matches!(work, Work::Identification(_)) {
         let message = format!("cannot {verb} a rig of two axes: that is for one axis");
         return Err(WireError::new(ErrorCode::NotApplicable, message));
@@ -140,28 +127,25 @@ pub(in crate::control) async fn begin(
     let (_turn, state) = rig.quiet_state().await;
     refuse_others(rig, &format!("{verb} the rig"))?;
     rig.schedule().refuse(&format!("{verb} the rig"))?;
-    let wrong = |message: &str| Err(WireError::new(ErrorCode::WrongState, message).about("state"));
-    match state {
-        RigState::Idle => {}
-        RigState::Disconnected => return Err(no_device(verb)),
-        RigState::Stopped => {
-            let message = format!("cannot {verb} while the rig is stopped: reset it first");
-            return Err(WireError::new(ErrorCode::Stopped, message).about("state"));
-        }
-        RigState::Faulted => return Err(rig.refused_as_faulted(verb)),
-        state => return wrong(&format!("cannot {verb} while the rig is {state}: release it first")),
+    let is_disconnected = state == RigState::Disconnected;
+    if let Some(refusal) = rig.refusal_in(state, verb).filter(|_| !is_disconnected) {
+        return Err(refusal);
+    }
+    if state.is_live() {
+        return Err(refused_in(state, ErrorCode::WrongState, verb, "release it first"));
     }
     let connected = rig.facts.connected_device().map(|device| device.connection);
-    if connected != Some(expected.connection) {
+    if is_disconnected || connected != Some(expected.connection) {
         return Err(no_device(verb));
     }
     let device = expected.clone();
     let timeout_ms = rig.leases.timeout_ms(by.session);
     if timeout_ms.is_none_or(|timeout_ms| timeout_ms > MAX_COMMISSION_LEASE_MS) {
-        return wrong(&format!(
+        let message = format!(
             "cannot {verb} without a lease: take one of at most {MAX_COMMISSION_LEASE_MS} ms first (`lease`), so \
              that the {name} ends if this client dies"
-        ));
+        );
+        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     }
     begin_observing(rig, device.resolution_m);
     let op = format!("{verb}.begin");
@@ -219,19 +203,19 @@ pub(in crate::control) fn of_client<'a, W>(
 ///
 /// # Errors
 /// It has ended, or a motion is under way.
-pub(in crate::control) fn resting_device(rig: &RigHandle) -> Result<ConnectedDevice, WireError> {
+pub(in crate::control) fn resting_device(rig: &RigHandle) -> Result<DeviceInfo, WireError> {
     let exclusive_use = newest(rig);
     let state = rig.channel.state();
     let Some(current) = exclusive_use.as_ref() else {
         return Err(WireError::new(ErrorCode::WrongState, "no exclusive session is active").about("state"));
     };
-    let name = current.work.name();
     if let Some(why) = &current.ended {
         let code = match state {
             RigState::Stopped => ErrorCode::Stopped,
             RigState::Faulted => ErrorCode::Faulted,
             _ => ErrorCode::WrongState,
         };
+        let [.., name] = current.work.words();
         return Err(WireError::new(code, format!("the {name} has ended: {why}")).about("state"));
     }
     if current.moving {
@@ -259,7 +243,7 @@ fn begin_motion(rig: &RigHandle, session: u64) -> Result<u64, WireError> {
 
 /// The force limit of the rig, N: the smaller of the daemon's and the device's; and the largest
 /// force of a motion.
-pub(in crate::control) fn largest_force_n(rig: &RigHandle, device: &ConnectedDevice) -> (f64, f64) {
+pub(in crate::control) fn largest_force_n(rig: &RigHandle, device: &DeviceInfo) -> (f64, f64) {
     let limit_n = rig.facts.limits().force_n.min(device.force_limit_n);
     (limit_n, MAX_SHARE * limit_n)
 }
@@ -298,10 +282,10 @@ pub(in crate::control) fn by(rig: &RigHandle) -> Option<Peer> {
 /// A client has the rig to itself; the error says which.
 pub(in crate::control) fn refuse_others(rig: &RigHandle, what: &str) -> Result<(), WireError> {
     let Some(active) = active(rig) else { return Ok(()) };
+    let [_, doing, _] = active.work.words();
     let message = format!(
-        "cannot {what} while {} is {} the rig: wait for its end, or end it with `stop`",
-        active.by,
-        active.work.participle()
+        "cannot {what} while {} is {doing} the rig: wait for its end, or end it with `stop`",
+        active.by
     );
     Err(WireError::new(ErrorCode::Commissioning, message).about("state"))
 }

@@ -24,7 +24,7 @@ fn engagement_for_a_replaced_device_is_refused() {
 }
 
 /// A command to engage the device of a connection.
-fn engage(serial: u64, connection: u64, rig: Option<RigSetup>) -> ToLoop {
+pub(super) fn engage(serial: u64, connection: u64, rig: Option<RigSetup>) -> ToLoop {
     let sent = SentCommand {
         serial,
         command: Command::Engage,

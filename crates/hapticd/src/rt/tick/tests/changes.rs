@@ -1,6 +1,7 @@
 //! A change of scene never jerks the hand, whatever the two scenes, the state of the surface, and
 //! the path from one to the other.
 
+use super::admission::engage;
 use super::*;
 use crate::rt::handoff::ANY_CONNECTION;
 use haptic_core::friction::{Friction, LAWS};
@@ -214,14 +215,11 @@ fn a_lease_that_ends_early_lets_the_force_out_as_fast() {
     bench.ticks(SETTLE);
     bench.command(Command::Engage);
     bench.ticks(300);
-    let sent = SentCommand {
-        serial: 99,
-        command: Command::Release,
-        stops_known: 0,
-        connection: ANY_CONNECTION,
-        is_of_lapse: true,
+    let ToLoop::Command { mut sent, rig } = engage(99, ANY_CONNECTION, None) else {
+        panic!("a command");
     };
-    assert!(bench.inbox.send(ToLoop::Command { sent, rig: None }));
+    (sent.command, sent.is_of_lapse) = (Command::Release, true);
+    assert!(bench.inbox.send(ToLoop::Command { sent, rig }));
     bench.ticks(1);
     let outcome = bench.records.answers().command(99).expect("it is answered");
     assert_eq!((outcome.state, outcome.refused), (RigState::Releasing, false));

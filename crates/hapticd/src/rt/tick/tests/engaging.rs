@@ -50,16 +50,6 @@ fn engaging_begins_without_force_wherever_and_whenever_it_comes() {
 }
 
 #[test]
-fn a_stall_does_not_skip_the_ramp() {
-    let mut bench = bench(ramp());
-    bench.ticks(SETTLE);
-    bench.clock_ns += 3_000_000_000;
-    assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);
-    bench.tick.device.sample_ns = STALE_NS;
-    assert_eq!(bench.tick_after(STALE_NS).state, RigState::Engaging);
-}
-
-#[test]
 fn passivity_controller_force_grows_with_the_ramp() {
     const CONTROL_N: f64 = 3.0;
     // A hand that trembles on a stiff coupling, along a ramp of a second.

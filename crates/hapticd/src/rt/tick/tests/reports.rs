@@ -4,16 +4,6 @@ use super::*;
 use crate::rt::schedule::ScheduledScene;
 use crate::rt::shared::{Claim, ClaimState};
 
-#[test]
-fn a_tick_says_when_it_ended() {
-    let mut bench = bench(ramp());
-    let before_ns = now_ns();
-    let ended_ns = bench.run_after(0);
-    let record = bench.records.pop().expect("a record");
-    assert_eq!(record.ended_ns, ended_ns);
-    assert!((before_ns..=now_ns()).contains(&ended_ns));
-}
-
 /// Schedules a scene; what becomes of it.
 pub(super) fn schedule(bench: &mut Bench, at_tick: u64, revision: u64) -> Arc<Claim> {
     let claim = Arc::new(Claim::new());

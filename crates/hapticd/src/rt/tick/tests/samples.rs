@@ -7,43 +7,23 @@ use haptic_core::servo::Fault;
 // hazard: F3, F8, F9, F10, P2
 #[test]
 fn sample_of_no_hand_or_of_a_failing_device_ends_the_force() {
-    let steadily =
-        |from_m: f64, step_m: f64| -> Vec<_> { (0..50).map(|k| Ok(from_m + step_m * f64::from(k))).collect() };
-    let failing = |error| vec![Err(error)];
-    let sensor = ErrorCode::Sensor;
-    for (what, readings, state, fault) in [
-        (
-            "no number",
-            vec![Ok(f64::NAN)],
-            RigState::Faulted,
-            Some(Fault::NonFinitePosition),
-        ),
+    let steadily = |from_m: f64, step_m: f64| (0..50).map(|k| Ok(from_m + step_m * f64::from(k))).collect();
+    let faulted = |fault| (RigState::Faulted, Some(fault));
+    let off = DeviceError::MotorOff { watchdog: true };
+    let sensor = ErrorCode::Sensor.into();
+    let (failed, gone) = (DeviceError::Failed(sensor), DeviceError::Disconnected);
+    for (what, readings, (state, fault)) in [
+        ("no number", vec![Ok(f64::NAN)], faulted(Fault::NonFinitePosition)),
         (
             "a watchdog",
-            failing(DeviceError::MotorOff { watchdog: true }),
-            RigState::Faulted,
-            Some(Fault::MotorOff { watchdog: true }),
+            vec![Err(off)],
+            faulted(Fault::MotorOff { watchdog: true }),
         ),
-        (
-            "a sensor",
-            failing(DeviceError::Failed(sensor.into())),
-            RigState::Faulted,
-            Some(Fault::Device(sensor.into())),
-        ),
-        (
-            "no device",
-            failing(DeviceError::Disconnected),
-            RigState::Disconnected,
-            None,
-        ),
-        ("8 m/s", steadily(0.02, 8e-3), RigState::Faulted, Some(Fault::TooFast)),
+        ("a sensor", vec![Err(failed)], faulted(Fault::Device(sensor))),
+        ("no device", vec![Err(gone)], (RigState::Disconnected, None)),
+        ("8 m/s", steadily(0.02, 8e-3), faulted(Fault::TooFast)),
         // From a hand at 0.2 m/s: slower than the speed limit, and no motion.
-        (
-            "a jump by 2 mm",
-            steadily(0.022, 2e-4),
-            RigState::Faulted,
-            Some(Fault::Jump),
-        ),
+        ("a jump by 2 mm", steadily(0.022, 2e-4), faulted(Fault::Jump)),
     ] {
         let is_jump = fault == Some(Fault::Jump);
         let limits = Limits {

@@ -14,6 +14,7 @@ fn a_record_has_its_number_and_the_time_that_the_link_took() {
     bench.tick.device.connection += 1;
     bench.clock_ns = now_ns();
     let record = bench.tick_after(0);
+    assert!(record.ended_ns <= now_ns());
     let round_trip = std::time::Duration::from_nanos(record.device_round_trip_ns);
     let whole = std::time::Duration::from_nanos(record.ended_ns - record.began_ns);
     assert!(
@@ -93,14 +94,18 @@ fn stall_or_machine_sleep_under_force_is_a_fault() {
 }
 
 #[test]
-fn a_stall_does_not_lift_the_slew_limit() {
+fn a_stall_skips_no_ramp_and_lifts_no_slew_limit() {
     // At rest, and a millimetre on after the stall, on a spring that gives all the force there is.
     let still = || std::iter::repeat_n(Ok(0.0), 150);
     let slew_n_per_s = 1000.0;
     let mut bench = bench_with(slewed(slew_n_per_s), still().chain(std::iter::repeat_n(Ok(1e-3), 10)));
     bench.inbox.post(compiled(&scenes()[5], 2));
+    bench.clock_ns += 3_000_000_000;
     bench.command(Command::Engage);
-    bench.ticks(148);
+    bench.tick.device.sample_ns = STALE_NS;
+    assert_eq!(bench.tick_after(STALE_NS).state, RigState::Engaging);
+    bench.tick.device.sample_ns = 1_000_000;
+    bench.ticks(147);
     assert_eq!(bench.tick().state, RigState::Engaged);
     bench.tick.device.sample_ns = STALE_NS;
     let after = bench.tick_after(STALE_NS);
