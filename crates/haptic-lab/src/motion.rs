@@ -22,9 +22,7 @@ pub struct DeviceSample<V = f64> {
 /// A total over a motion as a number a tick.
 #[must_use]
 pub fn per_tick<V>(total: u64, motion: &[DeviceSample<V>]) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-    let (total, ticks) = (total as f64, (motion.len() - 1) as f64);
-    total / ticks
+    total as f64 / (motion.len() - 1) as f64
 }
 
 /// Samples read at a time: memory does not grow with the motion.

@@ -102,32 +102,21 @@ impl Trial for FittsTrial {
         named("condition", &self.condition)?;
         length("amplitude_m", self.amplitude_m)?;
         length("width_m", self.width_m)?;
-        check(
-            self.movement_time_s > 0.0 && self.movement_time_s <= 150.0,
-            "movement_time_s",
-            &self.movement_time_s,
-            " s",
+        let (time_s, error_m) = (self.movement_time_s, self.end_error_m);
+        let (is_time, limit) = (
+            time_s > 0.0 && time_s <= 150.0,
             "it must be above 0 s, and at most 150 s",
-        )?;
-        check(
-            self.end_error_m.abs() <= 10.0,
-            "end_error_m",
-            &self.end_error_m,
-            " m",
-            "it must be -10 m to 10 m",
-        )?;
+        );
+        check(is_time, "movement_time_s", time_s, " s", limit)?;
+        let is_error = error_m.abs() <= 10.0;
+        check(is_error, "end_error_m", error_m, " m", "it must be -10 m to 10 m")?;
         if let Some(direction) = self.direction {
-            check(direction.abs() == 1, "direction", &direction, "", "it must be 1 or -1")?;
+            check(direction.abs() == 1, "direction", direction, "", "it must be 1 or -1")?;
         }
         if let Some(diameter) = self.cursor_diameter_m {
-            not_negative("cursor_diameter_m", diameter, " m")?;
-            check(
-                diameter < self.width_m,
-                "cursor_diameter_m",
-                &diameter,
-                " m",
-                "it must be below width_m",
-            )?;
+            let (column, limit) = ("cursor_diameter_m", "it must be below width_m");
+            not_negative(column, diameter, " m")?;
+            check(diameter < self.width_m, column, diameter, " m", limit)?;
         }
         for (column, value, unit) in [
             ("error_size_m", self.error_size_m, " m"),

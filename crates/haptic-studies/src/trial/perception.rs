@@ -124,13 +124,8 @@ impl Trial for PerceptionTrial {
         not_negative("comparison_static_N", self.comparison_static_n, " N")?;
         not_negative("comparison_dynamic_N", self.comparison_dynamic_n, " N")?;
         not_negative("level_N", self.level_n, " N")?;
-        check(
-            matches!(self.answer, 1 | 2),
-            "answer",
-            &self.answer,
-            "",
-            "it must be 1 or 2",
-        )?;
+        let is_answer = matches!(self.answer, 1 | 2);
+        check(is_answer, "answer", self.answer, "", "it must be 1 or 2")?;
         self.response_time_s
             .map_or(Ok(()), |time| not_negative("response_time_s", time, " s"))
     }
