@@ -29,7 +29,6 @@ pub fn per_tick<V>(total: u64, motion: &[DeviceSample<V>]) -> f64 {
 const STRETCH: usize = 10_000;
 
 /// A motion file of one axis or two.
-#[expect(missing_debug_implementations, reason = "the file's reader has none")]
 pub enum MotionFile {
     /// On a line.
     Line(MotionReader),
@@ -55,7 +54,6 @@ impl MotionFile {
 /// A motion file, read one stretch after another.
 ///
 /// Without velocities they are estimated from the positions, as the daemon does.
-#[expect(missing_debug_implementations, reason = "the file's reader has none")]
 pub struct MotionReader<V = f64> {
     rows: Rows,
     /// What comes next, as the first stretch is read at once.

@@ -188,16 +188,14 @@ fn gaps_of_the_forces_are_those_of_one_file() {
 fn two_takes_are_not_laid_over_another_file() {
     let folder = tempfile::tempdir().expect("a directory");
     let (steady, takes) = (|k: u32| f64::from(k) * 1e-3, |k: u32| f64::from(k % 5000) * 1e-3);
-    let positions = |t: &dyn Fn(u32) -> f64| rows_of(folder.path(), "t_s,x", 0..10_000, |k| format!("{},{k}", t(k)));
-    let forces = |t: &dyn Fn(u32) -> f64| rows_of(folder.path(), "t_s,f", 0..10_000, |k| format!("{},{k}", t(k)));
-    for (path, force_path, place) in [
-        (
-            positions(&steady),
-            forces(&takes),
-            "t_s,f.csv, line 5002: the clock falls back",
-        ),
-        (positions(&takes), forces(&steady), "t_s,x.csv, line 5002: the clock"),
-    ] {
+    type Clock = fn(u32) -> f64;
+    let file = |title, t: Clock| rows_of(folder.path(), title, 0..10_000, |k| format!("{},{k}", t(k)));
+    let cases: [(Clock, Clock, &str); 2] = [
+        (steady, takes, "t_s,f.csv, line 5002: the clock falls back"),
+        (takes, steady, "t_s,x.csv, line 5002: the clock"),
+    ];
+    for (of_positions, of_forces, place) in cases {
+        let (path, force_path) = (file("t_s,x", of_positions), file("t_s,f", of_forces));
         let error = read_two(&path, force_path).expect_err("two takes").to_string();
         assert!(error.contains(place), "{error}");
     }
