@@ -1,6 +1,6 @@
 //! Levels of friction by direction: while sliding, and where a pull sets off.
 
-use super::error::Side;
+use super::Side;
 use super::signal::Signal;
 use haptic_motion::median::middle;
 use serde::Serialize;

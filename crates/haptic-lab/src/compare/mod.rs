@@ -7,12 +7,10 @@
 
 mod align;
 mod clocks;
-mod error;
 mod levels;
 mod plot;
 mod signal;
 
-pub use error::{CompareError, Side};
 pub use levels::{Level, Levels};
 pub use plot::{page, summary, table};
 
@@ -21,11 +19,39 @@ use crate::identify::{Interval, Record};
 use crate::stats::mean::rms;
 use align::Alignment;
 use clocks::AlignedRecords;
-use error::MIN_AGREEMENT;
 use haptic_motion::median::median_period_s;
 use serde::Serialize;
 use signal::Signal;
 use std::collections::BTreeMap;
+use std::fmt;
+use thiserror::Error;
+
+/// Least agreement of the positions of one motion: their difference is a fifth of their extent. A rig
+/// that replays a motion reaches 0.999.
+const MIN_AGREEMENT: f64 = 0.98;
+
+/// Which of the two records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The record of the real surface.
+    Real,
+    /// The record of the rendered one.
+    Rendered,
+}
+
+impl fmt::Display for Side {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Real => "real",
+            Self::Rendered => "rendered",
+        })
+    }
+}
+
+/// Why two records cannot be compared: one is too short or holds no motion, or their motions differ.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{0}")]
+pub struct CompareError(String);
 
 /// How two records are laid over one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

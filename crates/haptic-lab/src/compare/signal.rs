@@ -1,6 +1,6 @@
 //! A record at even times, with the velocity and acceleration of its positions.
 
-use super::error::{CompareError, Side};
+use super::{CompareError, Side};
 use crate::gaps::in_gaps;
 use crate::identify::Record;
 use crate::motion::{between, places};
