@@ -22,16 +22,13 @@ pub struct DeviceSample<V = f64> {
 /// A total over a motion as a number a tick.
 #[must_use]
 pub fn per_tick<V>(total: u64, motion: &[DeviceSample<V>]) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-    let (total, ticks) = (total as f64, (motion.len() - 1) as f64);
-    total / ticks
+    total as f64 / (motion.len() - 1) as f64
 }
 
 /// Samples read at a time: memory does not grow with the motion.
 const STRETCH: usize = 10_000;
 
 /// A motion file of one axis or two.
-#[expect(missing_debug_implementations, reason = "the file's reader has none")]
 pub enum MotionFile {
     /// On a line.
     Line(MotionReader),
@@ -57,7 +54,6 @@ impl MotionFile {
 /// A motion file, read one stretch after another.
 ///
 /// Without velocities they are estimated from the positions, as the daemon does.
-#[expect(missing_debug_implementations, reason = "the file's reader has none")]
 pub struct MotionReader<V = f64> {
     rows: Rows,
     /// What comes next, as the first stretch is read at once.

@@ -46,7 +46,7 @@ pub struct ContactChange {
 }
 
 /// Result of a run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Simulation<V = f64> {
     /// One row for each sample.
     pub rows: Vec<SimulatedRow<V>>,
@@ -249,7 +249,6 @@ impl<V: Vector> CostMeter<V> {
                 for to in ticks {
                     tick(&mut renderer, &mut last, to);
                 }
-                #[expect(clippy::cast_precision_loss, reason = "a few ticks, a few microseconds")]
                 self.batches
                     .push(began.elapsed().as_nanos() as f64 / ticks.len() as f64);
             }
@@ -325,9 +324,7 @@ pub(crate) fn cost_of_ticks<T: Clone, V>(
                 for copy in &mut copies {
                     tick(copy, from, to);
                 }
-                #[expect(clippy::cast_precision_loss, reason = "a few ticks, a few microseconds")]
-                let took_ns = began.elapsed().as_nanos() as f64 / COPIES as f64;
-                took_ns
+                began.elapsed().as_nanos() as f64 / COPIES as f64
             })
             .fold(f64::INFINITY, f64::min);
         costs.push(least);

@@ -3,8 +3,8 @@
 
 use haptic_core::{Parameter, Scene, Scheme};
 use haptic_lab::accuracy::cases::{self, Case, OscillatingHand, changed};
-use haptic_lab::accuracy::compare;
 use haptic_lab::accuracy::reference::solve;
+use haptic_lab::accuracy::{RunError, compare};
 use haptic_lab::motion::{self, DeviceSample};
 use haptic_lab::simulate::{ContactChange, Simulation, Start, simulate};
 use proptest::prelude::*;
@@ -54,9 +54,7 @@ fn the_reference_solver_gives_the_stored_references() {
 fn the_exact_tick_is_true_on_the_hard_cases() {
     let mut failures = Vec::new();
     for case in cases::of_karnopp() {
-        let truth = solve(&case.scene, &case.motion, case.start);
-        let run = simulate(&case.scene, Scheme::Exact, &case.motion, case.start).expect("a valid scene");
-        let error = compare(&run, &truth, case.stiffness());
+        let (run, truth, error) = both(&case);
         println!("{:26} {error:?}, {} events", case.name, truth.events.len());
         let good = error.position_m <= 1e-12
             && error.relative_force <= 1e-9
@@ -68,11 +66,17 @@ fn the_exact_tick_is_true_on_the_hard_cases() {
     assert!(failures.is_empty(), "{failures:?}");
 }
 
-/// Whether the exact tick renders a case as truly as its law allows.
-fn is_true(case: &Case) -> bool {
+/// The exact tick's run of a case, the true one, and how far they are apart.
+fn both(case: &Case) -> (Simulation, Simulation, RunError) {
     let truth = solve(&case.scene, &case.motion, case.start);
     let run = simulate(&case.scene, Scheme::Exact, &case.motion, case.start).expect("a valid scene");
     let error = compare(&run, &truth, case.stiffness());
+    (run, truth, error)
+}
+
+/// Whether the exact tick renders a case as truly as its law allows.
+fn is_true(case: &Case) -> bool {
+    let (run, truth, error) = both(case);
     println!(
         "{:36} {error:?}, {} events, {:.0e} J created",
         case.name,
@@ -117,13 +121,12 @@ fn a_tick_may_hold_a_hundred_and_forty_changes_of_contact() {
     let motion: Vec<DeviceSample> = (0..5)
         .map(|k| DeviceSample {
             t_s: f64::from(k) * 1e-3 + if k > 0 { 0.15e-3 } else { 0.0 },
-            position_m: 0.0,
-            velocity_mps: 0.0,
+            ..DeviceSample::default()
         })
         .collect();
     let start = Start {
-        position_m: None,
         velocity_mps: 10.0,
+        ..Start::default()
     };
     let truth = solve(&scene, &motion, start);
     let run = simulate(&scene, Scheme::Exact, &motion, start).expect("a valid scene");
@@ -187,18 +190,12 @@ fn grazing_stop_found_or_missed_leaves_force_unchanged() {
 fn far_origin_costs_force_only_the_position_digits() {
     for origin in [1e3, 1e9] {
         let scene = Scene::paper();
-        let near = OscillatingHand {
+        let hand = OscillatingHand {
             samples: 300,
             ..OscillatingHand::PLAIN
-        }
-        .samples();
-        let far: Vec<DeviceSample> = near
-            .iter()
-            .map(|sample| DeviceSample {
-                position_m: sample.position_m + origin,
-                ..*sample
-            })
-            .collect();
+        };
+        let mut far = hand.samples();
+        far.iter_mut().for_each(|sample| sample.position_m += origin);
         let run = simulate(&scene, Scheme::Exact, &far, Start::default()).expect("a valid scene");
         let truth = solve(&scene, &far, Start::default());
         let error = compare(&run, &truth, 25_000.0);

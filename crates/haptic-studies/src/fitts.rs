@@ -302,7 +302,6 @@ impl FittsSession {
         Some(Event::Hit(Box::new(row)))
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "ticks of a trial are far below 2^53")]
     fn row(&self, segment: &Segment, error_m: f64, tick: u64, revision: u64) -> FittsTrial {
         let direction = self.direction();
         FittsTrial {

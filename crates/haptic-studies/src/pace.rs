@@ -6,7 +6,6 @@ const MIN_TRIALS: usize = 3;
 /// Time that so many trials will take, in words, where `trials` took `took_s` seconds; none where too few are done, or
 /// nothing is left.
 #[must_use]
-#[expect(clippy::cast_precision_loss, reason = "counts of trials")]
 pub fn time_left(trials: usize, took_s: f64, left: usize) -> Option<String> {
     if trials < MIN_TRIALS || left == 0 {
         return None;
@@ -46,7 +45,6 @@ impl Pace {
 
     /// Time that so many trials will take, in words, where a tick takes `period_s` seconds.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "ticks of a session are far below 2^53")]
     pub fn time_left(&self, left: usize, period_s: f64) -> Option<String> {
         time_left(self.trials, self.ticks as f64 * period_s, left)
     }

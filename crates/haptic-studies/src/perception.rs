@@ -230,7 +230,6 @@ impl PerceptionSession {
 
     /// Advances time to a tick.
     pub fn step(&mut self, tick: u64) {
-        #[expect(clippy::cast_precision_loss, reason = "ticks of an interval are far below 2^53")]
         let gone_s = tick.saturating_sub(self.phase_tick) as f64 * self.period_s;
         // Half a tick of rounding.
         let is_over = |length_s: f64| gone_s > length_s - 0.5 * self.period_s;
@@ -260,7 +259,6 @@ impl PerceptionSession {
         // In case C the base has more friction.
         let is_first_more = upcoming.comparison_first == (upcoming.case != Case::C);
         let correct = is_first_more == (answer == Answer::First);
-        #[expect(clippy::cast_precision_loss, reason = "ticks of an answer are far below 2^53")]
         let response_time_s = tick.saturating_sub(self.phase_tick) as f64 * self.period_s;
         let mut row = PerceptionTrial {
             operator: Some(self.operator),

@@ -47,7 +47,6 @@ impl Random {
     }
 
     /// From 0 (included) to 1 (excluded), 53 bits.
-    #[expect(clippy::cast_precision_loss, reason = "53 bits fit")]
     pub fn uniform(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -61,7 +60,6 @@ impl Random {
     /// Puts things in random order: from the last place down, each is swapped with a random one up to it.
     pub fn shuffle<T>(&mut self, things: &mut [T]) {
         for last in (1..things.len()).rev() {
-            #[expect(clippy::cast_possible_truncation, reason = "below a length")]
             let other = self.below(last as u64 + 1) as usize;
             things.swap(last, other);
         }

@@ -74,7 +74,6 @@ impl Progress {
 
     /// Time of the rig that was simulated, s.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "ticks of a study are far below 2^53")]
     pub fn simulated_s(&self) -> f64 {
         self.ticks.load(Ordering::Relaxed) as f64 * operator::PERIOD_S
     }

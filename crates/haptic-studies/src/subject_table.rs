@@ -43,20 +43,9 @@ pub enum SubjectTableError {
     /// It cannot be read.
     #[error(transparent)]
     Text(#[from] TrialError),
-    /// It does not say who the subjects are.
-    #[error("no column `{SUBJECT}`: it must have the subjects' codes")]
-    NoSubjects,
-    /// A column's name is empty, or there twice.
-    #[error("the column `{0}` is there twice, or has no name")]
-    Column(String),
-    /// A column's name is nearly one that means something.
-    #[error("the column `{name}` is not `{own}`: write `{own}`, or give the free field another name")]
-    Spelling {
-        /// As it is.
-        name: String,
-        /// As it would mean something.
-        own: &'static str,
-    },
+    /// Its columns do not say who the subjects are, or not clearly.
+    #[error("{0}")]
+    Heading(String),
 }
 
 impl SubjectTable {
@@ -83,20 +72,21 @@ impl SubjectTable {
         let heading = cells.next().unwrap_or_default();
         for (place, name) in heading.iter().enumerate() {
             if name.is_empty() || heading[..place].contains(name) {
-                return Err(SubjectTableError::Column(name.clone()));
+                let why = format!("the column `{name}` is there twice, or has no name");
+                return Err(SubjectTableError::Heading(why));
             }
             let own = [SUBJECT, ORDER]
                 .into_iter()
                 .find(|own| name.trim().eq_ignore_ascii_case(own));
             if let Some(own) = own.filter(|own| own != name) {
-                return Err(SubjectTableError::Spelling {
-                    name: name.clone(),
-                    own,
-                });
+                return Err(SubjectTableError::Heading(format!(
+                    "the column `{name}` is not `{own}`: write `{own}`, or give the free field another name"
+                )));
             }
         }
         let place = |name: &str| heading.iter().position(|column| column == name);
-        let subject = place(SUBJECT).ok_or(SubjectTableError::NoSubjects)?;
+        let none = || format!("no column `{SUBJECT}`: it must have the subjects' codes");
+        let subject = place(SUBJECT).ok_or_else(|| SubjectTableError::Heading(none()))?;
         let order = place(ORDER);
         let is_free = |place: &usize| *place != subject && Some(*place) != order;
         let free: Vec<usize> = (0..heading.len()).filter(is_free).collect();

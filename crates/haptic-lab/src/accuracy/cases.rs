@@ -64,6 +64,15 @@ impl OscillatingHand {
         samples: 700,
     };
 
+    /// The same with all that a rig does to it.
+    const ROUGH: Self = Self {
+        encoder_m: 1e-5,
+        jitter: 0.3,
+        jump_every: 40,
+        miss_every: 23,
+        ..Self::PLAIN
+    };
+
     /// The motion.
     #[must_use]
     pub fn samples(&self) -> Vec<DeviceSample> {
@@ -113,13 +122,12 @@ fn release() -> (Vec<DeviceSample>, Start) {
     let motion = (0..700)
         .map(|k| DeviceSample {
             t_s: f64::from(k) * 1e-3,
-            position_m: 0.0,
-            velocity_mps: 0.0,
+            ..DeviceSample::default()
         })
         .collect();
     let start = Start {
-        position_m: None,
         velocity_mps: 0.5,
+        ..Start::default()
     };
     (motion, start)
 }
@@ -150,17 +158,8 @@ pub fn all() -> Vec<Case> {
 /// Never: the cases are valid scenes, which the tests run through.
 #[must_use]
 pub fn of_laws() -> Vec<Case> {
-    let plain = OscillatingHand {
-        samples: 300,
-        ..OscillatingHand::PLAIN
-    };
-    let rough = OscillatingHand {
-        encoder_m: 1e-5,
-        jitter: 0.3,
-        jump_every: 40,
-        miss_every: 23,
-        ..plain
-    };
+    let [plain, rough] =
+        [OscillatingHand::PLAIN, OscillatingHand::ROUGH].map(|hand| OscillatingHand { samples: 300, ..hand });
     let mut cases = vec![Case {
         name: "karnopp, Stribeck, loaded beyond Fs".to_owned(),
         scene: Scene {
@@ -207,13 +206,6 @@ pub fn of_karnopp() -> Vec<Case> {
         ("b-", 0.5),
     ];
     const NONE: &[(&str, f64)] = &[];
-    let rough = OscillatingHand {
-        encoder_m: 1e-5,
-        jitter: 0.3,
-        jump_every: 40,
-        miss_every: 23,
-        ..PLAIN
-    };
     type Changes = &'static [(&'static str, f64)];
     let hands: [(&'static str, Changes, OscillatingHand); 27] = [
         ("paper", NONE, PLAIN),
@@ -271,7 +263,7 @@ pub fn of_karnopp() -> Vec<Case> {
                 ..PLAIN
             },
         ),
-        ("all of these, asymmetric", ASYMMETRIC, rough),
+        ("all of these, asymmetric", ASYMMETRIC, OscillatingHand::ROUGH),
         ("DV of 50 mm/s", &[("DV", 0.05)], PLAIN),
         (
             "light and undamped",

@@ -21,26 +21,11 @@ pub struct Hand {
 /// A slow hand, hands that vibrate as a human hand can and a motor does, and one that turns in
 /// nearly every tick.
 pub const HANDS: [Hand; 5] = [
-    Hand {
-        name: "slow, 1 Hz",
-        frequency_hz: 1.0,
-    },
-    Hand {
-        name: "15 Hz",
-        frequency_hz: 15.0,
-    },
-    Hand {
-        name: "40 Hz",
-        frequency_hz: 40.0,
-    },
-    Hand {
-        name: "60 Hz",
-        frequency_hz: 60.0,
-    },
-    Hand {
-        name: "437 Hz",
-        frequency_hz: 437.0,
-    },
+    Hand::new("slow, 1 Hz", 1.0),
+    Hand::new("15 Hz", 15.0),
+    Hand::new("40 Hz", 40.0),
+    Hand::new("60 Hz", 60.0),
+    Hand::new("437 Hz", 437.0),
 ];
 
 /// Masses of the block, kg.
@@ -52,6 +37,10 @@ const AMPLITUDE_M: f64 = 0.002;
 const PERIOD_S: f64 = 1e-3;
 
 impl Hand {
+    const fn new(name: &'static str, frequency_hz: f64) -> Self {
+        Self { name, frequency_hz }
+    }
+
     /// The motion, over a number of samples.
     #[must_use]
     pub fn motion(&self, samples: usize) -> Vec<DeviceSample> {
@@ -162,7 +151,6 @@ impl Random {
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
-        #[expect(clippy::cast_precision_loss, reason = "53 bits of it")]
         let share = (self.0 >> 11) as f64 / (1_u64 << 53) as f64;
         low + (high - low) * share
     }

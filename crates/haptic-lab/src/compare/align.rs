@@ -1,6 +1,6 @@
 //! Two clocks: the shift at which two motions are the same.
 
-use super::signal::{MIN_S, Signal, count_of};
+use super::signal::{MIN_S, Signal};
 
 /// Time between the positions that are compared at every shift, s: a hand moves at 10 Hz at most.
 const COARSE_S: f64 = 0.02;
@@ -27,7 +27,7 @@ pub(super) fn find(first: &Signal, second: &Signal) -> Alignment {
     let coarse = |signal: &Signal| {
         let every = signal.samples_in(COARSE_S);
         let positions: Vec<f64> = signal.position_m.iter().step_by(every).copied().collect();
-        (positions, signal.period_s * count_of(every))
+        (positions, signal.period_s * every as f64)
     };
     let ((own, step_s), (other, _)) = (coarse(first), coarse(second));
     let is_first_shorter = own.len() <= other.len();
@@ -39,7 +39,6 @@ pub(super) fn find(first: &Signal, second: &Signal) -> Alignment {
     let (part, begins) = liveliest(shorter, step_s);
     let lag = best_lag(part, longer) - signed(begins);
     let lag = if is_first_shorter { lag } else { -lag };
-    #[expect(clippy::cast_precision_loss, reason = "samples of a record")]
     let coarse_shift_s = second.start_s - first.start_s + lag as f64 * step_s;
     Alignment::at(first, second, refined(first, second, coarse_shift_s, step_s))
 }
@@ -47,12 +46,18 @@ pub(super) fn find(first: &Signal, second: &Signal) -> Alignment {
 impl Alignment {
     /// How two motions fit at a shift, s.
     pub(super) fn at(first: &Signal, second: &Signal, shift_s: f64) -> Self {
-        let (agreement, position_offset_m, overlap_s) = fit(first, second, shift_s);
+        let (from_s, count) = overlap(first, second, shift_s);
+        let at = |signal: &Signal, from_s: f64| -> Vec<f64> {
+            (0..count)
+                .map(|index| signal.value_at(&signal.position_m, from_s + signal.period_s * index as f64))
+                .collect()
+        };
+        let (agreement, position_offset_m) = agreement(&at(first, from_s), &at(second, from_s + shift_s));
         Self {
             shift_s,
             position_offset_m,
             agreement,
-            overlap_s,
+            overlap_s: first.period_s * count.saturating_sub(1) as f64,
         }
     }
 
@@ -80,11 +85,7 @@ fn signed(count: usize) -> i64 {
 
 /// The part of a motion, as long as is looked for, with the longest path; and where it begins.
 fn liveliest(positions: &[f64], step_s: f64) -> (&[f64], usize) {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a count of samples"
-    )]
+    #[expect(clippy::cast_sign_loss, reason = "a count of samples")]
     let length = (MAX_S / step_s) as usize;
     if positions.len() <= length {
         return (positions, 0);
@@ -104,12 +105,8 @@ fn liveliest(positions: &[f64], step_s: f64) -> (&[f64], usize) {
 /// How many samples of `longer` lie before the place where `part` fits best; negative where `part`
 /// begins earlier.
 fn best_lag(part: &[f64], longer: &[f64]) -> i64 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a count of samples"
-    )]
-    let least = (((MIN_OVERLAP * count_of(part.len())) as usize).max((MIN_S / COARSE_S) as usize)).min(part.len());
+    #[expect(clippy::cast_sign_loss, reason = "a count of samples")]
+    let least = (((MIN_OVERLAP * part.len() as f64) as usize).max((MIN_S / COARSE_S) as usize)).min(part.len());
     let (earliest, latest) = (signed(least) - signed(part.len()), signed(longer.len()) - signed(least));
     let score = |lag: i64| {
         let skipped = usize::try_from(-lag).unwrap_or(0);
@@ -117,7 +114,7 @@ fn best_lag(part: &[f64], longer: &[f64]) -> i64 {
         let count = (part.len() - skipped).min(longer.len() - from);
         // A longer overlap counts for more: a short one fits by chance.
         agreement(&part[skipped..skipped + count], &longer[from..from + count]).0
-            * (count_of(count) / count_of(part.len())).powf(0.1)
+            * (count as f64 / part.len() as f64).powf(0.1)
     };
     (earliest..=latest)
         .map(|lag| (lag, score(lag)))
@@ -128,7 +125,7 @@ fn best_lag(part: &[f64], longer: &[f64]) -> i64 {
 /// Agreement of two columns that have their own origins (the concordance of Lin 1989 without its shift),
 /// and the mean of the second less that of the first.
 fn agreement(first: &[f64], second: &[f64]) -> (f64, f64) {
-    let count = count_of(first.len().max(1));
+    let count = first.len().max(1) as f64;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
     let (own, other) = (mean(first), mean(second));
     let (mut both, mut squares, mut other_squares) = (0.0, 0.0, 0.0);
@@ -145,31 +142,15 @@ fn agreement(first: &[f64], second: &[f64]) -> (f64, f64) {
 fn overlap(first: &Signal, second: &Signal, shift_s: f64) -> (f64, usize) {
     let from_s = first.start_s.max(second.start_s - shift_s);
     let to_s = (first.start_s + first.length_s()).min(second.start_s + second.length_s() - shift_s);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a count of samples"
-    )]
+    #[expect(clippy::cast_sign_loss, reason = "a count of samples")]
     let count = ((to_s - from_s).max(0.0) / first.period_s + 1e-6) as usize + 1;
     (from_s, count)
-}
-
-/// Agreement, offset of the positions and common time at a shift.
-fn fit(first: &Signal, second: &Signal, shift_s: f64) -> (f64, f64, f64) {
-    let (from_s, count) = overlap(first, second, shift_s);
-    let at = |signal: &Signal, from_s: f64| -> Vec<f64> {
-        (0..count)
-            .map(|index| signal.value_at(&signal.position_m, from_s + signal.period_s * count_of(index)))
-            .collect()
-    };
-    let (agreement, offset) = agreement(&at(first, from_s), &at(second, from_s + shift_s));
-    (agreement, offset, first.period_s * count_of(count.saturating_sub(1)))
 }
 
 /// The best shift around a coarse one, by golden sections.
 fn refined(first: &Signal, second: &Signal, coarse_s: f64, step_s: f64) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_8;
-    let score = |shift_s: f64| fit(first, second, shift_s).0;
+    let score = |shift_s: f64| Alignment::at(first, second, shift_s).agreement;
     let (mut low, mut high) = (coarse_s - step_s, coarse_s + step_s);
     let inner = |low: f64, high: f64| (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
     let (mut left, mut right) = inner(low, high);

@@ -6,7 +6,7 @@
 //! slower clock. Positions, velocities and forces pass one filter, under which that stays exact.
 
 use super::align::{self, Alignment};
-use super::signal::{Signal, count_of};
+use super::signal::Signal;
 use super::{CompareError, Side};
 use crate::identify::Record;
 use crate::robust_fit;
@@ -167,7 +167,7 @@ impl<'a> Part<'a> {
         let step = count.div_ceil(MAX_ROWS).max(1);
         let times = (0..count).step_by(step);
         Self {
-            times: times.map(|index| from_s + first.period_s * count_of(index)).collect(),
+            times: times.map(|index| from_s + first.period_s * index as f64).collect(),
             first_smooth: Smooth::of(first),
             second_smooth: Smooth::of(second),
             offset_m: alignment.position_offset_m,
@@ -178,7 +178,7 @@ impl<'a> Part<'a> {
 
     /// Place of a time in the part, from -0.5 to 0.5.
     fn place(&self, index: usize) -> f64 {
-        count_of(index) / count_of(self.times.len() - 1) - 0.5
+        index as f64 / (self.times.len() - 1) as f64 - 0.5
     }
 
     /// The variance of what is left of the positions under a shift, m^2, over the times that both hold then.

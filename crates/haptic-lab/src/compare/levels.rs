@@ -1,7 +1,7 @@
 //! Levels of friction by direction: while sliding, and where a pull sets off.
 
-use super::error::Side;
-use super::signal::{Signal, count_of};
+use super::Side;
+use super::signal::Signal;
 use haptic_motion::median::middle;
 use serde::Serialize;
 
@@ -93,11 +93,11 @@ impl SlidingLimits {
     }
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index")]
+#[expect(clippy::cast_sign_loss, reason = "an index")]
 fn fast_speed(signal: &Signal) -> f64 {
     let mut speeds: Vec<f64> = signal.outside_gaps(&signal.velocity_mps).map(f64::abs).collect();
     speeds.sort_unstable_by(f64::total_cmp);
-    let at = (FASTEST_SHARE * count_of(speeds.len().saturating_sub(1))) as usize;
+    let at = (FASTEST_SHARE * speeds.len().saturating_sub(1) as f64) as usize;
     speeds.get(at).copied().unwrap_or(0.0)
 }
 
@@ -122,7 +122,7 @@ pub(super) fn sliding_together(real: &Signal, rendered: &Signal, limits: &Slidin
                 (samples, slides) = (samples + run.len(), slides + 1);
             }
         }
-        (slides > 0).then(|| (direction * sum / count_of(samples), slides))
+        (slides > 0).then(|| (direction * sum / samples as f64, slides))
     };
     Levels::of(|direction| {
         let ((own, slides), (other, others)) = (mean_of(real, direction)?, mean_of(rendered, direction)?);
@@ -141,7 +141,7 @@ pub(super) struct Bin {
 /// Forces of both at the velocities that both have.
 pub(super) fn by_velocity(real: &Signal, rendered: &Signal, limits: &SlidingLimits) -> Vec<Bin> {
     let (slowest, fastest) = (limits.slowest_mps, limits.fastest_mps);
-    let width = (fastest - slowest) / count_of(BINS);
+    let width = (fastest - slowest) / BINS as f64;
     if width <= 0.0 || !width.is_finite() {
         return Vec::new();
     }
@@ -150,20 +150,20 @@ pub(super) fn by_velocity(real: &Signal, rendered: &Signal, limits: &SlidingLimi
         let velocities = signal.outside_gaps(&signal.velocity_mps);
         for (velocity, force) in velocities.zip(signal.outside_gaps(&signal.friction_n)) {
             let place = (velocity * direction - slowest) / width;
-            if place >= 0.0 && place < count_of(BINS) {
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is a bin")]
+            if place >= 0.0 && place < BINS as f64 {
+                #[expect(clippy::cast_sign_loss, reason = "it is a bin")]
                 let bin = &mut sums[place as usize];
                 *bin = (bin.0 + force, bin.1 + 1);
             }
         }
         let least = signal.samples_in(0.5 * MIN_S);
-        sums.map(|(sum, count)| (count >= least).then(|| sum / count_of(count)))
+        sums.map(|(sum, count)| (count >= least).then(|| sum / count as f64))
     };
     let curve = [-1.0, 1.0].into_iter().flat_map(|direction| {
         let pairs = means(real, direction).into_iter().zip(means(rendered, direction));
         pairs.enumerate().filter_map(move |(index, (real_n, rendered_n))| {
             Some(Bin {
-                velocity_mps: direction * (slowest + (count_of(index) + 0.5) * width),
+                velocity_mps: direction * (slowest + (index as f64 + 0.5) * width),
                 real_n: real_n?,
                 rendered_n: rendered_n?,
             })
@@ -179,7 +179,7 @@ pub(super) fn sliding_at_common_speeds(curve: &[Bin]) -> Levels {
     Levels::of(|direction| {
         let bins: Vec<&Bin> = curve.iter().filter(|bin| bin.velocity_mps * direction > 0.0).collect();
         let mean =
-            |force: fn(&Bin) -> f64| direction * bins.iter().map(|bin| force(bin)).sum::<f64>() / count_of(bins.len());
+            |force: fn(&Bin) -> f64| direction * bins.iter().map(|bin| force(bin)).sum::<f64>() / bins.len() as f64;
         (!bins.is_empty()).then(|| level(mean(|bin| bin.real_n), mean(|bin| bin.rendered_n), bins.len()))
     })
 }

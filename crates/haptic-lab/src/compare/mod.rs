@@ -7,12 +7,10 @@
 
 mod align;
 mod clocks;
-mod error;
 mod levels;
 mod plot;
 mod signal;
 
-pub use error::{CompareError, Side};
 pub use levels::{Level, Levels};
 pub use plot::{page, summary, table};
 
@@ -21,11 +19,39 @@ use crate::identify::{Interval, Record};
 use crate::stats::mean::rms;
 use align::Alignment;
 use clocks::AlignedRecords;
-use error::MIN_AGREEMENT;
 use haptic_motion::median::median_period_s;
 use serde::Serialize;
 use signal::Signal;
 use std::collections::BTreeMap;
+use std::fmt;
+use thiserror::Error;
+
+/// Least agreement of the positions of one motion: their difference is a fifth of their extent. A rig
+/// that replays a motion reaches 0.999.
+const MIN_AGREEMENT: f64 = 0.98;
+
+/// Which of the two records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The record of the real surface.
+    Real,
+    /// The record of the rendered one.
+    Rendered,
+}
+
+impl fmt::Display for Side {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Real => "real",
+            Self::Rendered => "rendered",
+        })
+    }
+}
+
+/// Why two records cannot be compared: one is too short or holds no motion, or their motions differ.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{0}")]
+pub struct CompareError(String);
 
 /// How two records are laid over one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -121,13 +147,24 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
     });
     let mut comparison = match aligned_by {
         AlignedBy::Time if !is_same => {
-            return Err(CompareError::OtherMotion {
-                shift_s: alignment.shift_s,
-                overlap_s: alignment.overlap_s,
-                agreement: alignment.agreement,
-            });
+            let Alignment {
+                shift_s,
+                agreement,
+                overlap_s,
+                ..
+            } = alignment;
+            return Err(CompareError(format!(
+                "the motions are not the same: at the best shift, {shift_s:.3} s, they overlap for {overlap_s:.1} s and \
+                 their positions agree by {agreement:.3}, less than {MIN_AGREEMENT}; --align velocity compares force at \
+                 the same velocity"
+            )));
         }
-        AlignedBy::Time if !is_by_time => return Err(CompareError::AnyShift),
+        AlignedBy::Time if !is_by_time => {
+            let why = "the motions do not determine the shift between the clocks: at any shift the positions agree equally \
+                       well, as those of one steady speed do. Record strokes of 0.5 to 3 Hz; --align velocity compares \
+                       force at the same velocity";
+            return Err(CompareError(why.to_owned()));
+        }
         AlignedBy::Time => by_time(&own, other, alignment),
         AlignedBy::Velocity => by_velocity(&own, other, alignment)?,
     };
@@ -231,10 +268,12 @@ fn by_velocity(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Resul
             let (low, high) = signal.velocities();
             format!("{:.1} to {:.1}", low * 1e3, high * 1e3)
         };
-        return Err(CompareError::NoCommonMotion {
-            real: speeds(real),
-            rendered: speeds(rendered),
-        });
+        return Err(CompareError(format!(
+            "the records have no motion in common: the real one slides at {} mm/s, the rendered one at {} mm/s; record \
+             the rendered surface under a motion like the real one's",
+            speeds(real),
+            speeds(rendered)
+        )));
     }
     let differences: Vec<f64> = curve.iter().map(|bin| bin.rendered_n - bin.real_n).collect();
     let (breakaway_force_n, notes) = levels::breakaway(real, rendered);

@@ -66,7 +66,7 @@ fn one_a_cell(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         ((high - low) / CELLS).max(f64::MIN_POSITIVE)
     });
     let mut seen = HashSet::new();
-    #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
+    // The cast saturates.
     points.retain(|point| seen.insert([0, 1].map(|axis| (point[axis] / size[axis]).floor() as i64)));
     points
 }

@@ -1,6 +1,6 @@
 //! A record at even times, with the velocity and acceleration of its positions.
 
-use super::error::{CompareError, Side};
+use super::{CompareError, Side};
 use crate::gaps::in_gaps;
 use crate::identify::Record;
 use crate::motion::{between, places};
@@ -40,19 +40,14 @@ impl Signal {
             _ => (0.0, 0.0),
         };
         if end_s - start_s < MIN_S {
-            return Err(CompareError::TooShort {
-                side,
-                length_s: end_s - start_s,
-                least_s: MIN_S,
-            });
+            let length_s = end_s - start_s;
+            return Err(CompareError(format!(
+                "the {side} record holds {length_s:.2} s; at least {MIN_S} s are needed"
+            )));
         }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a count of samples"
-        )]
+        #[expect(clippy::cast_sign_loss, reason = "a count of samples")]
         let count = ((end_s - start_s) / period_s) as usize + 1;
-        let times = |index| start_s + period_s * count_of(index);
+        let times = |index| start_s + period_s * index as f64;
         let position_m = resampled(&record.t_s, &record.position_m, (0..count).map(times));
         let force_n = resampled(&record.t_s, &record.force_n, (0..count).map(times));
         let step_m = record
@@ -61,11 +56,11 @@ impl Signal {
             .unwrap_or(0.0);
         let (low, high) = extent(position_m.iter().copied());
         if high - low < MIN_STEPS * step_m || high == low {
-            return Err(CompareError::NoMotion {
-                side,
-                span_um: (high - low) * 1e6,
-                step_um: step_m * 1e6,
-            });
+            let (span_um, step_um) = ((high - low) * 1e6, step_m * 1e6);
+            return Err(CompareError(format!(
+                "the {side} record holds no motion: its positions span {span_um:.1} um, its encoder's step is \
+                 {step_um:.1} um"
+            )));
         }
         Ok(Self {
             is_in_gap: in_gaps(&record.t_s, (0..count).map(times), HALF_WINDOW_S.max(2.0 * period_s)),
@@ -87,11 +82,11 @@ impl Signal {
     }
 
     pub(super) fn length_s(&self) -> f64 {
-        self.period_s * count_of(self.len().saturating_sub(1))
+        self.period_s * self.len().saturating_sub(1) as f64
     }
 
     pub(super) fn time_s(&self, index: usize) -> f64 {
-        self.start_s + self.period_s * count_of(index)
+        self.start_s + self.period_s * index as f64
     }
 
     /// Least and greatest velocity, m/s.
@@ -106,18 +101,14 @@ impl Signal {
     }
 
     /// Samples in so much time, at least one.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a count of samples"
-    )]
+    #[expect(clippy::cast_sign_loss, reason = "a count of samples")]
     pub(super) fn samples_in(&self, time_s: f64) -> usize {
         ((time_s / self.period_s).round() as usize).max(1)
     }
 
     /// The part from `from_s` on over `count` samples, at times of its own between the samples.
     pub(super) fn part(&self, from_s: f64, count: usize) -> Self {
-        let times = || (0..count).map(|index| from_s + self.period_s * count_of(index));
+        let times = || (0..count).map(|index| from_s + self.period_s * index as f64);
         let cut = |values: &[f64]| times().map(|t_s| self.value_at(values, t_s)).collect();
         let is_in_gap = |t_s| {
             let (before, _) = self.place(t_s);
@@ -136,14 +127,10 @@ impl Signal {
 
     /// The sample before a time, and the share of the interval to the next one.
     fn place(&self, t_s: f64) -> (usize, f64) {
-        let place = ((t_s - self.start_s) / self.period_s).clamp(0.0, count_of(self.len() - 1));
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "it lies within the samples"
-        )]
+        let place = ((t_s - self.start_s) / self.period_s).clamp(0.0, (self.len() - 1) as f64);
+        #[expect(clippy::cast_sign_loss, reason = "it lies within the samples")]
         let before = (place as usize).min(self.len().saturating_sub(2));
-        (before, place - count_of(before))
+        (before, place - before as f64)
     }
 
     /// A value between two samples, by a straight line.
@@ -157,7 +144,7 @@ impl Signal {
         (0..self.len())
             .map(|index| {
                 let part = &values[index.saturating_sub(half)..(index + half + 1).min(self.len())];
-                part.iter().sum::<f64>() / count_of(part.len())
+                part.iter().sum::<f64>() / part.len() as f64
             })
             .collect()
     }
@@ -169,11 +156,6 @@ impl Signal {
             .map(|index| [self.velocity_mps[index], self.position_m[index], self.friction_n[index]])
             .collect()
     }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
-pub(super) const fn count_of(count: usize) -> f64 {
-    count as f64
 }
 
 /// Values at other times, by straight lines.

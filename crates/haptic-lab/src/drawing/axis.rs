@@ -39,7 +39,6 @@ impl Scale {
             .into_iter()
             .find(|step| *step <= rough)
             .unwrap_or(power);
-        #[expect(clippy::cast_possible_truncation, reason = "few marks, and a power of ten")]
         let (first, last, decimals) = (
             (self.low / step).ceil() as i64,
             (self.high / step).floor() as i64,
@@ -47,7 +46,6 @@ impl Scale {
         );
         (first..=last)
             .map(|index| {
-                #[expect(clippy::cast_precision_loss, reason = "few marks")]
                 let value = index as f64 * step;
                 let text = number(value, decimals);
                 (value, if are_decades { format!("1e{text}") } else { text })

@@ -1,7 +1,7 @@
 //! Figures for print: charts beside and below one another on a white ground.
 
 use super::chart::Chart;
-use super::svg::{BOTTOM, add, draw, escaped, head, style};
+use super::svg::{BOTTOM, draw, escaped, head, style};
 
 /// Width of a figure, px of 1/96 inch: 169 mm, the text of an A4 page.
 const WIDTH: f64 = 640.0;
@@ -23,7 +23,6 @@ pub fn figures(charts: &[Chart]) -> Vec<String> {
     parts.map(|part| figure(part, columns)).collect()
 }
 
-#[expect(clippy::cast_precision_loss, reason = "rows and columns of a page")]
 fn figure(charts: &[Chart], columns: usize) -> String {
     let rows = charts.len().div_ceil(columns);
     let (width, row) = (
@@ -33,16 +32,13 @@ fn figure(charts: &[Chart], columns: usize) -> String {
     let height = row * rows as f64;
     let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
     let mut image = String::new();
-    add(
-        &mut image,
-        format_args!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} \
+    image.push_str(&format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} \
              {height}\" role=\"img\" aria-label=\"{}\">\n<style>{}.chart{{font-size:13px}}</style>\n\
-             <rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#fff\"/>",
-            escaped(&titles.join("; ")),
-            style(charts, false)
-        ),
-    );
+             <rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#fff\"/>\n",
+        escaped(&titles.join("; ")),
+        style(charts, false)
+    ));
     for (line, beside) in charts.chunks(columns).enumerate() {
         // Plots beside one another are alike, whatever stands above them.
         let tallest = beside.iter().map(|chart| head(chart, width)).fold(0.0, f64::max);
@@ -52,9 +48,9 @@ fn figure(charts: &[Chart], columns: usize) -> String {
                 height_px: (row - tallest - BOTTOM).max(MIN_PLOT),
                 ..chart.clone()
             };
-            add(&mut image, format_args!("<g transform=\"translate({x} {y})\">"));
+            image.push_str(&format!("<g transform=\"translate({x} {y})\">\n"));
             draw(&mut image, &fitted, width, 0.0);
-            add(&mut image, format_args!("</g>"));
+            image.push_str("</g>\n");
         }
     }
     image.push_str("</svg>\n");

@@ -9,7 +9,6 @@ pub(super) fn dots(points: &[[f64; 2]]) -> String {
     let mut seen = HashSet::new();
     let mut path = String::new();
     for [x, y] in points.iter().filter(|point| is_drawable(point)) {
-        #[expect(clippy::cast_possible_truncation, reason = "pixels")]
         let place = (2 * (0.5 * x).round() as i64, 2 * (0.5 * y).round() as i64);
         if seen.insert(place) {
             write!(path, "M{} {}h0", place.0, place.1).unwrap_or(());

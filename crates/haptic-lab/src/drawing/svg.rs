@@ -3,7 +3,6 @@
 use super::axis::Scale;
 use super::chart::{Axis, Chart, Form, Trace};
 use super::paths::{discs, dots, lines};
-use std::fmt::{Arguments, Write as _};
 
 /// Width of an image, px.
 const WIDTH: f64 = 760.0;
@@ -77,14 +76,11 @@ pub fn svg(charts: &[Chart]) -> String {
     let (height, style): (f64, String) = (charts.iter().map(height_of).sum(), style(charts, true));
     let mut image = String::new();
     let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
-    add(
-        &mut image,
-        format_args!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} \
-             {height}\" role=\"img\" aria-label=\"{}\">\n<style>{style}</style>",
-            escaped(&titles.join("; "))
-        ),
-    );
+    image.push_str(&format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} \
+             {height}\" role=\"img\" aria-label=\"{}\">\n<style>{style}</style>\n",
+        escaped(&titles.join("; "))
+    ));
     let mut top = 0.0;
     for chart in charts {
         draw(&mut image, chart, WIDTH, top);
@@ -97,13 +93,10 @@ pub fn svg(charts: &[Chart]) -> String {
 /// A chart within a page that has its [`style`].
 pub(super) fn inline(chart: &Chart) -> String {
     let (height, mut image) = (height(chart, WIDTH), String::new());
-    add(
-        &mut image,
-        format_args!(
-            "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}\">",
-            escaped(&chart.title)
-        ),
-    );
+    image.push_str(&format!(
+        "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}\">\n",
+        escaped(&chart.title)
+    ));
     draw(&mut image, chart, WIDTH, 0.0);
     image.push_str("</svg>\n");
     image
@@ -117,11 +110,6 @@ pub(super) fn escaped(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-pub(super) fn add(image: &mut String, text: Arguments<'_>) {
-    // A string takes whatever is written to it.
-    writeln!(image, "{text}").unwrap_or(());
-}
-
 /// Rows of the legend.
 fn legend_rows(chart: &Chart, width: f64) -> f64 {
     legend(chart, width).last().map_or(0.0, |(_, row, _)| row + 1.0)
@@ -129,11 +117,7 @@ fn legend_rows(chart: &Chart, width: f64) -> f64 {
 
 /// A text in lines from the plot's left edge to the image's right one.
 fn lines_over_plot(text: &str, width: f64, letter: f64) -> Vec<String> {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "letters of a line"
-    )]
+    #[expect(clippy::cast_sign_loss, reason = "letters of a line")]
     let letters = ((width - LEFT - RIGHT) / letter).max(1.0) as usize;
     wrapped(text, letters)
 }
@@ -148,13 +132,11 @@ fn note_lines(chart: &Chart, width: f64) -> Vec<String> {
 }
 
 /// Foot of the first line of the legend below the upper edge, px.
-#[expect(clippy::cast_precision_loss, reason = "few lines")]
 fn legend_foot(chart: &Chart, width: f64) -> f64 {
     LINE * (1.2 + title_lines(chart, width).len() as f64)
 }
 
 /// Height of what stands above the plot, px.
-#[expect(clippy::cast_precision_loss, reason = "few lines")]
 pub(super) fn head(chart: &Chart, width: f64) -> f64 {
     let lines = title_lines(chart, width).len() + note_lines(chart, width).len();
     LINE * (lines as f64 + legend_rows(chart, width)) + 14.0
@@ -170,7 +152,6 @@ fn legend(chart: &Chart, image_width: f64) -> Vec<(f64, f64, usize)> {
     let mut places = Vec::new();
     let named = |(_, trace): &(usize, &Trace)| !trace.name.is_empty();
     for (index, trace) in chart.traces.iter().enumerate().filter(named) {
-        #[expect(clippy::cast_precision_loss, reason = "letters of a name")]
         let width = 44.0 + LETTER * trace.name.chars().count() as f64;
         if x > LEFT && x + width > image_width - RIGHT {
             (x, row) = (LEFT, row + 1.0);
@@ -201,21 +182,17 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
     let ends = values(1).chain(bars.map(|end| scaled(*end)));
     let up = Scale::new(range(&chart.up), ends, (size.1, 0.0));
     let place = |[x, y]: &[f64; 2]| [across.px(scaled(*x)), up.px(scaled(*y))];
-    add(
-        image,
-        format_args!(
-            "<g class=\"chart\"><rect class=\"ground\" x=\"0\" y=\"{top}\" width=\"{width}\" height=\"{}\"/>",
-            height(chart, width)
-        ),
-    );
+    image.push_str(&format!(
+        "<g class=\"chart\"><rect class=\"ground\" x=\"0\" y=\"{top}\" width=\"{width}\" height=\"{}\"/>\n",
+        height(chart, width)
+    ));
     let mut y = top;
     for line in title_lines(chart, width) {
         y += LINE;
         let line = escaped(&line);
-        add(
-            image,
-            format_args!("<text x=\"{LEFT}\" y=\"{y}\" font-weight=\"bold\">{line}</text>"),
-        );
+        image.push_str(&format!(
+            "<text x=\"{LEFT}\" y=\"{y}\" font-weight=\"bold\">{line}</text>\n"
+        ));
     }
     let legend_foot = top + legend_foot(chart, width);
     for (x, row, index) in legend(chart, width) {
@@ -230,29 +207,25 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
             Form::Line | Form::Dashed | Form::Mark => format!("<path class=\"{class}\" d=\"M{x} {middle:.1}h26\"/>"),
         };
         let name = escaped(&trace.name);
-        add(
-            image,
-            format_args!("{sample}<text x=\"{}\" y=\"{y:.1}\">{name}</text>", x + 32.0),
-        );
+        image.push_str(&format!(
+            "{sample}<text x=\"{}\" y=\"{y:.1}\">{name}</text>\n",
+            x + 32.0
+        ));
     }
     let mut y = legend_foot + LINE * legend_rows(chart, width);
     for line in note_lines(chart, width) {
         let line = escaped(&line);
-        add(
-            image,
-            format_args!("<text class=\"note\" x=\"{LEFT}\" y=\"{y:.1}\">{line}</text>"),
-        );
+        image.push_str(&format!(
+            "<text class=\"note\" x=\"{LEFT}\" y=\"{y:.1}\">{line}</text>\n"
+        ));
         y += LINE;
     }
     axes(image, chart, (&across, &up), corner, size.0);
     // An inner image is cut at its edges.
-    add(
-        image,
-        format_args!(
-            "<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">",
-            corner.0, corner.1, size.0, size.1
-        ),
-    );
+    image.push_str(&format!(
+        "<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">\n",
+        corner.0, corner.1, size.0, size.1
+    ));
     let most = chart.traces.iter().flat_map(|trace| trace.counts.iter().copied());
     let most = most.max().unwrap_or(1);
     for (index, trace) in chart.traces.iter().enumerate() {
@@ -265,16 +238,15 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
                     .iter()
                     .map(|bar| bar.map(|ends| ends.map(|end| up.px(scaled(end)))));
                 let discs = discs(&points, &bars.collect::<Vec<_>>(), (&trace.counts, most), &class);
-                add(image, format_args!("<g><title>{name}</title>{discs}</g>"));
+                image.push_str(&format!("<g><title>{name}</title>{discs}</g>\n"));
                 continue;
             }
             Form::Dots => dots(&points),
             Form::Line | Form::Dashed | Form::Mark => lines(&points),
         };
-        add(
-            image,
-            format_args!("<path class=\"{class}\" d=\"{path}\"><title>{name}</title></path>"),
-        );
+        image.push_str(&format!(
+            "<path class=\"{class}\" d=\"{path}\"><title>{name}</title></path>\n"
+        ));
     }
     image.push_str("</svg>");
     for (index, trace) in chart.traces.iter().enumerate() {
@@ -306,16 +278,13 @@ fn labels(
     }
     for (([x, y], label), place) in labelled.into_iter().zip(places) {
         let (x, y, edge, place) = (left + x, top + y, left + width, top + place);
-        add(
-            image,
-            format_args!(
-                "<path class=\"{class}\" d=\"M{x:.1} {y:.1}L{edge} {place:.1}h12\" stroke-opacity=\"0.35\"/>\
-                 <text x=\"{}\" y=\"{:.1}\">{}</text>",
-                edge + 16.0,
-                place + 4.0,
-                escaped(label)
-            ),
-        );
+        image.push_str(&format!(
+            "<path class=\"{class}\" d=\"M{x:.1} {y:.1}L{edge} {place:.1}h12\" stroke-opacity=\"0.35\"/>\
+                 <text x=\"{}\" y=\"{:.1}\">{}</text>\n",
+            edge + 16.0,
+            place + 4.0,
+            escaped(label)
+        ));
     }
 }
 
@@ -349,41 +318,32 @@ fn axes(image: &mut String, chart: &Chart, (across, up): (&Scale, &Scale), (left
     let (right, foot) = (left + width, top + chart.height_px);
     for (value, text) in up.marks(MARK_ROOM[1], chart.is_logarithmic) {
         let y = top + up.px(value);
-        add(
-            image,
-            format_args!(
-                "<path class=\"grid\" d=\"M{left} {y:.1}H{right}\"/><text x=\"{}\" y=\"{:.1}\" \
-                 text-anchor=\"end\">{text}</text>",
-                left - 6.0,
-                y + 4.0
-            ),
-        );
+        image.push_str(&format!(
+            "<path class=\"grid\" d=\"M{left} {y:.1}H{right}\"/><text x=\"{}\" y=\"{:.1}\" \
+                 text-anchor=\"end\">{text}</text>\n",
+            left - 6.0,
+            y + 4.0
+        ));
     }
     for (value, text) in across.marks(MARK_ROOM[0], chart.is_logarithmic) {
         let x = left + across.px(value);
-        add(
-            image,
-            format_args!(
-                "<path class=\"grid\" d=\"M{x:.1} {top}V{foot}\"/><text x=\"{x:.1}\" y=\"{}\" \
-                 text-anchor=\"middle\">{text}</text>",
-                foot + 16.0
-            ),
-        );
+        image.push_str(&format!(
+            "<path class=\"grid\" d=\"M{x:.1} {top}V{foot}\"/><text x=\"{x:.1}\" y=\"{}\" \
+                 text-anchor=\"middle\">{text}</text>\n",
+            foot + 16.0
+        ));
     }
     let (middle_x, middle_y) = (0.5 * (left + right), 0.5 * (top + foot));
-    add(
-        image,
-        format_args!(
-            "<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\"/>\
+    image.push_str(&format!(
+        "<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\"/>\
              <text x=\"{middle_x}\" y=\"{}\" text-anchor=\"middle\">{}</text>\
-             <text transform=\"translate(16 {middle_y}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-            right - left,
-            chart.height_px,
-            foot + 34.0,
-            escaped(&chart.across.label),
-            escaped(&chart.up.label)
-        ),
-    );
+             <text transform=\"translate(16 {middle_y}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+        right - left,
+        chart.height_px,
+        foot + 34.0,
+        escaped(&chart.across.label),
+        escaped(&chart.up.label)
+    ));
 }
 
 #[cfg(test)]
@@ -396,7 +356,9 @@ mod tests {
 
     #[test]
     fn a_chart_has_its_names_units_and_traces_and_both_grounds() {
+        let partner = Trace::line("fitted", vec![[0.0, 1.0]]).in_colour(1);
         let two = chart(vec![[0.0, 0.0], [1.0, 2.0]]).with(Trace::dots("measured", vec![[0.5, 1.0]]));
+        let two = two.with(partner);
         let text = svg(&[two.clone(), two]);
         for part in [
             "F &amp; v",
@@ -404,6 +366,9 @@ mod tests {
             "Force (N)",
             "a &lt; b",
             "prefers-color-scheme:dark",
+            "class=\"line t0\"",
+            "class=\"dots t1\"",
+            "class=\"line t1\"",
         ] {
             assert!(text.contains(part), "{part}");
         }
@@ -427,13 +392,6 @@ mod tests {
             "{lowest} of {}",
             head(&many, WIDTH)
         );
-    }
-
-    #[test]
-    fn trace_colour_follows_its_index_or_its_partner() {
-        let traces = [Trace::dots("a", Vec::new()), Trace::line("b", Vec::new()).in_colour(0)];
-        let classes = [class(&traces[0], 0), class(&traces[1], 1)];
-        assert_eq!(classes, ["dots t0", "line t0"]);
     }
 
     #[test]

@@ -279,17 +279,6 @@ const fn latex_letter(letter: char) -> Option<&'static str> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_table_is_csv_whatever_its_cells_hold() {
-        let table = Table {
-            caption: "Levels".to_owned(),
-            rows: [["name", "N"], ["a, \"b\"", "1.5"]]
-                .map(|row| row.map(str::to_owned).to_vec())
-                .to_vec(),
-        };
-        assert_eq!(table.csv(), b"name,N\n\"a, \"\"b\"\"\",1.5\n");
-    }
-
     /// A table of these rows.
     fn of(rows: &[&[&str]]) -> Table {
         let row = |row: &&[&str]| row.iter().map(|cell| (*cell).to_owned()).collect();
@@ -300,20 +289,24 @@ mod tests {
     }
 
     #[test]
-    fn latex_has_a_minus_before_numbers_and_hyphens_in_words() {
-        let latex = of(&[&["a-b", "x"], &["-", "-0.5 to -0.1"], &["P-1", "1e-5"]]).latex("t", &[]);
-        for line in [r"a-b & x \\", r"-- & $-$0.5 to $-$0.1 \\", r"P-1 & 1e-5 \\"] {
-            assert!(latex.contains(line), "{line} in {latex}");
-        }
+    fn a_table_is_csv_whatever_its_cells_hold() {
+        let table = of(&[&["name", "N"], &["a, \"b\"", "1.5"]]);
+        assert_eq!(table.csv(), b"name,N\n\"a, \"\"b\"\"\",1.5\n");
     }
 
     #[test]
-    fn latex_heads_have_their_units_in_parentheses() {
-        let latex = of(&[&["case", "JND N", "JND 95 %", "b s/bit", "r2", "drag 2 N"]]).latex("t", &[]);
-        assert!(
-            latex.contains(r"case & JND (N) & JND 95 \% & b (s/bit) & $r^2$ & drag 2 N \\"),
-            "{latex}"
-        );
+    fn latex_has_minus_signs_and_units_in_parentheses() {
+        let numbers: &[&[&str]] = &[&["a-b", "x"], &["-", "-0.5 to -0.1"], &["P-1", "1e-5"]];
+        let heads: &[&[&str]] = &[&["case", "JND N", "JND 95 %", "b s/bit", "r2", "drag 2 N"]];
+        for (rows, line) in [
+            (numbers, r"a-b & x \\"),
+            (numbers, r"-- & $-$0.5 to $-$0.1 \\"),
+            (numbers, r"P-1 & 1e-5 \\"),
+            (heads, r"case & JND (N) & JND 95 \% & b (s/bit) & $r^2$ & drag 2 N \\"),
+        ] {
+            let latex = of(rows).latex("t", &[]);
+            assert!(latex.contains(line), "{line} in {latex}");
+        }
     }
 
     #[test]
@@ -363,9 +356,7 @@ mod tests {
     fn markdown_and_latex_show_every_letter_as_it_is() {
         let table = Table {
             caption: "95 % of all".to_owned(),
-            rows: [["name", "p"], ["a|b_c & {d}", "<0.001*"]]
-                .map(|row| row.map(str::to_owned).to_vec())
-                .to_vec(),
+            ..of(&[&["name", "p"], &["a|b_c & {d}", "<0.001*"]])
         };
         assert_eq!(
             table.markdown(),

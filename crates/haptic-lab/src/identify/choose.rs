@@ -9,6 +9,7 @@ use super::grid::Even;
 use super::options::{IdentifyError, Options, Progress};
 use super::presliding::{self, Fit, PathLaw, PreparedRecord};
 use super::result::ModelKind;
+use crate::stats::mean::{deviation, mean};
 
 /// Shares of the record that are left out in turn.
 const FOLDS: usize = 5;
@@ -39,21 +40,15 @@ struct Score {
 
 impl Score {
     fn mean(&self) -> f64 {
-        self.squares.iter().sum::<f64>() / self.squares.len() as f64
+        mean(&self.squares)
     }
 
     /// By how much this is worse than another, and the standard error of that, N^2.
     fn worse_than(&self, other: &Self) -> (f64, f64) {
-        let differences: Vec<f64> = self
-            .squares
-            .iter()
-            .zip(&other.squares)
-            .map(|(one, two)| one - two)
-            .collect();
+        let pairs = self.squares.iter().zip(&other.squares);
+        let differences: Vec<f64> = pairs.map(|(one, two)| one - two).collect();
         let count = differences.len() as f64;
-        let mean = differences.iter().sum::<f64>() / count;
-        let scatter: f64 = differences.iter().map(|difference| (difference - mean).powi(2)).sum();
-        (mean, (scatter / (count - 1.0) / count).sqrt())
+        (mean(&differences), deviation(&differences) / count.sqrt())
     }
 }
 
@@ -133,7 +128,7 @@ fn blocks(prepared: &PreparedRecord) -> Vec<Vec<usize>> {
     ends.dedup();
     let mut blocks = vec![Vec::new(); ends.len() + 1];
     for row in prepared.rows.moving() {
-        let middle = prepared.middle(row);
+        let middle = prepared.rows.middle(row);
         blocks[ends.partition_point(|end| *end <= middle)].push(row);
     }
     blocks.retain(|rows| !rows.is_empty());

@@ -8,12 +8,7 @@
 //! directions over the same positions separate them. What the mass takes is subtracted, by the second
 //! difference of the positions. Forces are averaged in bins of the position, by direction; the period
 //! is the one whose harmonics leave the least.
-#![expect(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "some hundred bins and steps"
-)]
+#![expect(clippy::cast_sign_loss, reason = "some hundred bins and steps")]
 
 use super::result::Interval;
 use crate::robust_fit::NORMAL_95;

@@ -176,7 +176,6 @@ impl Grid {
             let extreme = self.force_n.iter().map(|force| sign * force).fold(f64::MIN, f64::max);
             let (mut begin, mut is_saturated) = (0, false);
             for index in 0..=self.force_n.len() {
-                #[expect(clippy::float_cmp, reason = "a saturated value is repeated to the bit")]
                 let at_extreme = self.force_n.get(index).is_some_and(|force| sign * force == extreme);
                 if at_extreme {
                     continue;
@@ -190,7 +189,6 @@ impl Grid {
             // Beside the limit noise is cut off on one side.
             let forces = if is_saturated { &self.force_n[..] } else { &[] };
             for (index, force) in forces.iter().enumerate() {
-                #[expect(clippy::float_cmp, reason = "a saturated value is repeated to the bit")]
                 if sign * force == extreme {
                     let end = (index + SATURATED_RUN).min(self.is_valid.len());
                     self.is_valid[index.saturating_sub(SATURATED_RUN)..end].fill(false);
@@ -229,7 +227,6 @@ impl Grid {
 
 /// Whether a force is constant between switches, as a command of a relay is, or one that is held from one update to the
 /// next: that it stays at its greatest value says nothing of a sensor's range.
-#[expect(clippy::float_cmp, reason = "a value that is held is repeated to the bit")]
 fn is_stepwise(force_n: &[f64]) -> bool {
     let (least, greatest) = extent(force_n.iter().copied());
     let between: Vec<usize> = (1..force_n.len())

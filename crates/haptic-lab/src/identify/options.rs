@@ -40,28 +40,19 @@ impl Options {
     }
 
     pub(super) fn check(&self) -> Result<(), IdentifyError> {
-        if let Some(mass) = self.mass_kg.filter(|mass| !(1e-6..=1e4).contains(mass)) {
-            return Err(IdentifyError::Option {
-                name: "mass",
-                value: mass,
-                range: "1e-6 to 1e4 kg",
-            });
-        }
-        if let Some(offset) = self.offset_n.filter(|offset| !(-1e4..=1e4).contains(offset)) {
-            return Err(IdentifyError::Option {
-                name: "offset",
-                value: offset,
-                range: "-1e4 to 1e4 N",
-            });
-        }
-        if let Clocks::Shifted(shift_s) = self.clocks
-            && !(-MAX_SHIFT_S..=MAX_SHIFT_S).contains(&shift_s)
-        {
-            return Err(IdentifyError::Option {
-                name: "shift",
-                value: shift_s,
-                range: "-10 to 10 s",
-            });
+        let shift_s = match self.clocks {
+            Clocks::Shifted(shift_s) => Some(shift_s),
+            _ => None,
+        };
+        for (name, value, accepted, range) in [
+            ("mass", self.mass_kg, 1e-6..=1e4, "1e-6 to 1e4 kg"),
+            ("offset", self.offset_n, -1e4..=1e4, "-1e4 to 1e4 N"),
+            ("shift", shift_s, -10.0..=10.0, "-10 to 10 s"),
+        ] {
+            if let Some(value) = value.filter(|value| !accepted.contains(value)) {
+                let why = format!("{name} = {value} is out of range: {range}");
+                return Err(IdentifyError::Unusable(why));
+            }
         }
         Ok(())
     }
@@ -107,6 +98,7 @@ impl Record {
     /// # Errors
     /// The first thing that is wrong.
     pub fn check(&self) -> Result<(), IdentifyError> {
+        let unusable = |why| Err(IdentifyError::Unusable(why));
         let times = self.t_s.len();
         let columns = [
             ("t_s", Some(&self.t_s)),
@@ -117,28 +109,25 @@ impl Record {
         for (column, values) in columns {
             let Some(values) = values else { continue };
             if values.len() != times {
-                return Err(IdentifyError::Length {
-                    column,
-                    times,
-                    values: values.len(),
-                });
+                let values = values.len();
+                return unusable(format!("the record has {times} times and {values} values of {column}"));
             }
-            if let Some((index, &value)) = values.iter().enumerate().find(|(_, value)| !value.is_finite()) {
-                return Err(IdentifyError::NotFinite { column, index, value });
+            if let Some((index, value)) = values.iter().enumerate().find(|(_, value)| !value.is_finite()) {
+                return unusable(format!("sample {index}: {column} = {value} is not a finite number"));
             }
         }
         if times < MIN_SAMPLES {
-            return Err(IdentifyError::TooShort {
-                samples: times,
-                least: MIN_SAMPLES,
-            });
+            return unusable(format!(
+                "the record has {times} samples; at least {MIN_SAMPLES} are needed"
+            ));
         }
-        match self.t_s.windows(2).position(|pair| pair[1] <= pair[0]) {
-            Some(before) => Err(IdentifyError::TimeNotIncreasing {
-                index: before + 1,
-                t_s: self.t_s[before + 1],
-                before_s: self.t_s[before],
-            }),
+        match self.t_s.array_windows().position(|[before, t]| t <= before) {
+            Some(before) => unusable(format!(
+                "sample {}: its time {} s does not come after {} s",
+                before + 1,
+                self.t_s[before + 1],
+                self.t_s[before]
+            )),
             None => Ok(()),
         }
     }
@@ -199,9 +188,6 @@ pub enum Clocks {
     Shifted(f64),
 }
 
-/// Largest shift that may be given, s.
-pub(super) const MAX_SHIFT_S: f64 = 10.0;
-
 impl Clocks {
     /// Longest shift that is looked for, s.
     pub(super) const fn longest_shift_s(self) -> f64 {
@@ -229,54 +215,9 @@ pub(super) fn without_drift(record: &Record, drift_ppm: f64) -> Record {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum IdentifyError {
-    /// A column has another length than the times.
-    #[error("the record has {times} times and {values} values of {column}")]
-    Length {
-        /// The column.
-        column: &'static str,
-        /// Samples of the time.
-        times: usize,
-        /// Samples of the column.
-        values: usize,
-    },
-    /// The record is too short for anything.
-    #[error("the record has {samples} samples; at least {least} are needed")]
-    TooShort {
-        /// Samples.
-        samples: usize,
-        /// Fewest that are accepted.
-        least: usize,
-    },
-    /// A value is not finite.
-    #[error("sample {index}: {column} = {value} is not a finite number")]
-    NotFinite {
-        /// The column.
-        column: &'static str,
-        /// Index of the sample, from 0.
-        index: usize,
-        /// The value.
-        value: f64,
-    },
-    /// Time does not grow.
-    #[error("sample {index}: its time {t_s} s does not come after {before_s} s")]
-    TimeNotIncreasing {
-        /// Index of the sample, from 0.
-        index: usize,
-        /// Its time, s.
-        t_s: f64,
-        /// Time of the sample before, s.
-        before_s: f64,
-    },
-    /// A value that was given as known cannot be.
-    #[error("{name} = {value} is out of range: {range}")]
-    Option {
-        /// What was given.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is accepted.
-        range: &'static str,
-    },
+    /// The record or an option is unusable: why, with the value.
+    #[error("{0}")]
+    Unusable(String),
     /// The caller cancelled.
     #[error("the identification was cancelled")]
     Cancelled,

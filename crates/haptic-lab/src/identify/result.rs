@@ -311,7 +311,7 @@ pub(crate) fn decimals(value: f64, interval: Option<&Interval>) -> usize {
     }
     let first = -scale.log10().floor();
     // A scale of 0.03 has its first digit two places behind the point.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is clamped")]
+    #[expect(clippy::cast_sign_loss, reason = "it is clamped")]
     let decimals = (first + 1.0).clamp(0.0, 9.0) as usize;
     decimals
 }
@@ -400,11 +400,9 @@ impl Identified {
     }
 }
 
-fn at_least_zero(value: Directional) -> Directional {
-    Directional {
-        positive: value.positive.max(0.0),
-        negative: value.negative.max(0.0),
-    }
+/// A force or a friction that is nowhere below zero.
+pub(super) fn at_least_zero(value: Directional) -> Directional {
+    Directional::new(value.positive.max(0.0), value.negative.max(0.0))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 use super::cogging::{FoundCogging, SweepSample, cogging};
 use super::identify;
 use super::options::{Clocks, Directions, IdentifyError, Options, Record};
-use super::result::{Identified, ModelKind, Refusal};
+use super::result::{Identified, ModelKind, Refusal, at_least_zero};
 use haptic_core::Directional;
 use haptic_core::rig_friction::{Cogging, RigFriction, RigUncertainty};
 
@@ -107,10 +107,7 @@ impl RigItself {
             mass: self.identified.mass_kg?,
             dynamic_force: self.identified.dynamic_force_n?,
             // A viscous term within its own error of zero is none.
-            viscous: Directional {
-                positive: viscous.positive.max(0.0),
-                negative: viscous.negative.max(0.0),
-            },
+            viscous: at_least_zero(viscous),
             cogging: self.cogging.as_ref().map(|found| found.cogging),
             uncertainty: self.uncertainty(),
         })

@@ -14,6 +14,8 @@ pub mod coverage;
 mod judgement;
 pub mod kinds;
 
+#[cfg(test)]
+pub(super) use judgement::value_in;
 pub use judgement::{Judgement, ParameterJudgement};
 
 use super::options::Record;

@@ -10,37 +10,9 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReplayError {
-    /// It does not say how the servo was set up.
-    #[error(
-        "the recording does not hold the servo's settings ({server} did not record them), so its forces cannot be \
-         recomputed"
-    )]
-    NoServo {
-        /// Name and version of the daemon.
-        server: String,
-    },
-    /// It was made by another version of the servo.
-    #[error(
-        "the recording was made by version {recorded} of the servo, and this is version {}: the rules of its limits and \
-         of doubtful positions are others, so its forces cannot be given again to the last bit; they can be rendered \
-         with --scene, --set or --scheme",
-        haptic_core::servo::VERSION
-    )]
-    OtherVersion {
-        /// The one that it was made by.
-        recorded: u32,
-    },
-    /// Its rows are not all ticks.
-    #[error(
-        "the recording holds {rate_hz} of {loop_rate_hz} ticks a second: a force follows from every tick before it, so \
-         only a recording of every tick can be replayed (record without --rate)"
-    )]
-    Thinned {
-        /// Rows a second, Hz.
-        rate_hz: f64,
-        /// Ticks a second, Hz.
-        loop_rate_hz: f64,
-    },
+    /// It does not hold what a replay needs, or was made by another version of the servo.
+    #[error("{0}")]
+    Refused(String),
     /// A scene cannot be rendered.
     #[error("revision {revision}: {error}")]
     Scene {

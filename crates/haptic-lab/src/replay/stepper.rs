@@ -205,15 +205,25 @@ impl<V: Vector> Stepper<V> {
             rate_hz, loop_rate_hz, ..
         } = *metadata;
         if rate_hz < loop_rate_hz * (1.0 - RATE_TOLERANCE) {
-            return Err(ReplayError::Thinned { rate_hz, loop_rate_hz });
+            return Err(ReplayError::Refused(format!(
+                "the recording holds {rate_hz} of {loop_rate_hz} ticks a second: a force follows from every tick before it, \
+                 so only a recording of every tick can be replayed (record without --rate)"
+            )));
         }
-        let setup = metadata.servo.clone().ok_or_else(|| ReplayError::NoServo {
-            server: metadata.server.clone(),
+        let setup = metadata.servo.clone().ok_or_else(|| {
+            ReplayError::Refused(format!(
+                "the recording does not hold the servo's settings ({} did not record them), so its forces cannot be \
+                 recomputed",
+                metadata.server
+            ))
         })?;
         if alternative.is_none() && setup.version != VERSION {
-            return Err(ReplayError::OtherVersion {
-                recorded: setup.version,
-            });
+            return Err(ReplayError::Refused(format!(
+                "the recording was made by version {} of the servo, and this is version {VERSION}: the rules of its limits \
+                 and of doubtful positions are others, so its forces cannot be given again to the last bit; they can be \
+                 rendered with --scene, --set or --scheme",
+                setup.version
+            )));
         }
         Ok(Self {
             is_exact: alternative.is_none(),

@@ -44,7 +44,6 @@ impl Tally {
     /// Root mean square of the force on the hand over the ticks with force, N.
     #[must_use]
     pub fn rms_force_n(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "ticks of a session")]
         let ticks = self.ticks.max(1) as f64;
         (self.square_sum / ticks).sqrt()
     }
@@ -56,7 +55,6 @@ impl Tally {
             (self.last, self.rest_s) = (None, 0.0);
             return;
         }
-        #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a tick")]
         let elapsed_s = sample.elapsed_ns as f64 * 1e-9;
         let (position_m, force_n): (Plane, Plane) = (row.device_position(), row.command_force());
         self.ticks += 1;

@@ -49,11 +49,7 @@ fn engage<V: Vector>(servo: &mut Servo<V>, inputs: &Inputs<V>, row: &RecordedRow
     let Ok(there) = inputs.sample else { return };
     let settings = *servo.settings();
     let step_s = settings.period_s;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a ramp of seconds, in ticks"
-    )]
+    #[expect(clippy::cast_sign_loss, reason = "a ramp of seconds, in ticks")]
     let (steps, step_ns) = ((settings.ramp_s / step_s).ceil() as u32 + 2, (step_s * 1e9) as u64);
     for left in (0..steps).rev() {
         let mut sample = there;

@@ -23,7 +23,6 @@ pub fn sign_test(better: u64, worse: u64) -> f64 {
     }
     let (mut ways, mut sum) = (1.0, 1.0);
     for count in 0..fewer {
-        #[expect(clippy::cast_precision_loss, reason = "at most 1000")]
         let (left, next) = ((all - count) as f64, (count + 1) as f64);
         ways = ways * left / next;
         sum += ways;

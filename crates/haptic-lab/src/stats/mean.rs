@@ -18,14 +18,12 @@ pub struct Mean {
 
 /// The arithmetic mean; not a number where there are no values.
 #[must_use]
-#[expect(clippy::cast_precision_loss, reason = "a count of values")]
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// The standard deviation with n - 1; not a number for fewer than two values.
 #[must_use]
-#[expect(clippy::cast_precision_loss, reason = "a count of values")]
 pub fn deviation(values: &[f64]) -> f64 {
     let mean = mean(values);
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
@@ -58,7 +56,6 @@ pub(crate) fn student_t_of(share: f64, degrees_of_freedom: f64) -> f64 {
 /// with as many degrees of freedom as there are clusters, less one, on the scatter of the clusters' sums about the mean
 /// (Liang and Zeger 1986). Where all clusters are of one size this is the textbook's interval of the clusters' means.
 #[must_use]
-#[expect(clippy::cast_precision_loss, reason = "counts of values")]
 pub fn clustered_mean(clusters: &[Vec<f64>]) -> Mean {
     let values: Vec<f64> = clusters.iter().flatten().copied().collect();
     let value = mean(&values);
@@ -88,13 +85,8 @@ const ROUNDING: f64 = 1e-12;
 
 /// The value below which a share of the sorted values lies, by straight lines between them.
 pub(super) fn quantile(sorted: &[f64], share: f64) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "a count of values")]
     let place = share * (sorted.len() - 1) as f64;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "within the values"
-    )]
+    #[expect(clippy::cast_sign_loss, reason = "within the values")]
     let below = place as usize;
     let above = (below + 1).min(sorted.len() - 1);
     sorted[below] + (sorted[above] - sorted[below]) * place.fract()

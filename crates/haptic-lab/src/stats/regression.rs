@@ -28,7 +28,6 @@ pub struct RegressionLine {
 ///
 /// # Errors
 /// There are fewer than three points, one is not finite, or all have the same x or the same y.
-#[expect(clippy::cast_precision_loss, reason = "a count of points")]
 pub fn line(points: &[[f64; 2]]) -> Result<RegressionLine, StatsError> {
     check_count("points of the regression", points.len(), 3)?;
     check_finite("coordinate", points.iter().flatten().copied())?;
@@ -40,21 +39,15 @@ pub fn line(points: &[[f64; 2]]) -> Result<RegressionLine, StatsError> {
     let (xx, xy, yy) = (sum(&|x, _| x * x), sum(&|x, y| x * y), sum(&|_, y| y * y));
     // Rounding leaves equal values a spread of some of their last digits.
     let is_spread = |squares: f64, middle: f64| squares > count * (8.0 * f64::EPSILON * middle).powi(2);
-    let no_spread = |what, value, consequence| StatsError::NoSpread {
-        what,
-        value,
-        unit: "",
-        consequence,
+    let no_spread = |what, value, consequence| {
+        let why = format!("every {what} of the regression is {value} : {consequence}");
+        Err(StatsError::new(why))
     };
     if !is_spread(xx, middle_x) {
-        return Err(no_spread("x of the regression", x[0], "a line has no slope there"));
+        return no_spread("x", x[0], "a line has no slope there");
     }
     if !is_spread(yy, middle_y) {
-        return Err(no_spread(
-            "y of the regression",
-            y[0],
-            "there is nothing that a line could explain",
-        ));
+        return no_spread("y", y[0], "there is nothing that a line could explain");
     }
     let slope = xy / xx;
     let intercept = middle_y - slope * middle_x;

@@ -78,12 +78,10 @@ pub fn throughput(movements: &[Movement], task: Task) -> Result<Throughput, Stat
     check_positive("effective amplitude", effective_amplitude_m, "m")?;
     let end_deviation_m = deviation(&errors_m);
     if end_deviation_m <= f64::EPSILON * effective_amplitude_m {
-        return Err(StatsError::NoSpread {
-            what: "end error",
-            value: errors_m[0],
-            unit: "m",
-            consequence: "the effective width is 0, and throughput infinite",
-        });
+        return Err(StatsError::new(format!(
+            "every end error is {} m: the effective width is 0, and throughput infinite",
+            errors_m[0]
+        )));
     }
     let effective_width_m = DEVIATIONS_IN_WIDTH * end_deviation_m;
     let effective_id_bit = (effective_amplitude_m / effective_width_m + 1.0).log2();
@@ -111,10 +109,9 @@ pub fn index_of_difficulty(amplitude_m: f64, width_m: f64, cursor_diameter_m: f6
     check_finite("length", [amplitude_m, width_m, cursor_diameter_m])?;
     check_positive("amplitude", amplitude_m, "m")?;
     if cursor_diameter_m >= width_m {
-        return Err(StatsError::CursorTooWide {
-            width_m,
-            cursor_diameter_m,
-        });
+        return Err(StatsError::new(format!(
+            "the cursor, {cursor_diameter_m} m, does not fit into the target, {width_m} m wide"
+        )));
     }
     Ok(-((width_m - cursor_diameter_m) / (2.0 * amplitude_m)).log2())
 }

@@ -5,52 +5,27 @@ use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 use thiserror::Error;
 
-/// Why trials cannot be analysed.
+/// Why trials cannot be analysed, with the trial or the value.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum AnalysisError {
-    /// There are none.
-    #[error("there are no trials")]
-    NoTrials,
-    /// Two rows are the same trial.
-    #[error("trial {trial} of {sequence} is there twice")]
-    TwiceTheTrial {
-        /// Number of the trial.
-        trial: u32,
-        /// Its sequence, or its subject and case.
-        sequence: String,
-    },
-    /// The rows of a sequence differ where they must not.
-    #[error("trial {trial} of {sequence} has {column} = {value} m, the trials before it {expected} m")]
-    MixedSequence {
-        /// Number of the first trial that differs.
-        trial: u32,
-        /// Its sequence.
-        sequence: String,
-        /// The column.
-        column: &'static str,
-        /// Its value, m.
-        value: f64,
-        /// Its value in the trials before, m.
-        expected: f64,
-    },
-    /// One name stands for more than one target.
-    #[error("condition `{condition}` has {column} = {value} m in {sequence}, and {expected} m elsewhere")]
-    MixedCondition {
-        /// The condition.
-        condition: String,
-        /// The sequence that differs.
-        sequence: String,
-        /// The column.
-        column: &'static str,
-        /// Its value there, m.
-        value: f64,
-        /// Its value elsewhere, m.
-        expected: f64,
-    },
+#[error("{0}")]
+pub struct AnalysisError(pub(super) String);
+
+impl AnalysisError {
+    pub(super) fn no_trials() -> Self {
+        Self("there are no trials".to_owned())
+    }
+
+    /// Two rows are the same trial of a sequence.
+    pub(super) fn twice(trial: u32, sequence: &str) -> Self {
+        Self(format!("trial {trial} of {sequence} is there twice"))
+    }
+
     /// Trials of people and of a model are not analysed as one.
-    #[error("the trials are of more than one kind of operator: analyse those of people and those of a model apart")]
-    MixedOperators,
+    pub(super) fn mixed_operators() -> Self {
+        let why =
+            "the trials are of more than one kind of operator: analyse those of people and those of a model apart";
+        Self(why.to_owned())
+    }
 }
 
 /// Something that the trials do not show, and why.

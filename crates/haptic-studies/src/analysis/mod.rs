@@ -111,7 +111,7 @@ pub fn fitts(
     }
     let operator = trials[0].operator;
     if trials.iter().any(|trial| trial.operator != operator) {
-        return Err(AnalysisError::MixedOperators);
+        return Err(AnalysisError::mixed_operators());
     }
     if operator == Some(Operator::Simulated) {
         notes.push("a model did these trials: they say nothing about people".to_owned());

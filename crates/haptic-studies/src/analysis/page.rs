@@ -99,7 +99,6 @@ fn difficulty(analysis: &FittsAnalysis) -> Chart {
     }
     let difficulties = points().map(|point| point.difficulty_bit);
     let extent_bit = difficulties.clone().fold(f64::MIN, f64::max) - difficulties.fold(f64::MAX, f64::min);
-    #[expect(clippy::cast_precision_loss, reason = "a handful of resistances")]
     let beside_bit =
         |place: usize| (place as f64 - 0.5 * (analysis.difficulty.len() as f64 - 1.0)) * BESIDE * extent_bit;
     for (colour, one) in analysis.difficulty.iter().enumerate() {
@@ -216,7 +215,6 @@ fn psychometric(case: &CaseAnalysis) -> Chart {
     .with(Trace::discs(sizes(counts, "answers"), &shares));
     let ends = levels.first().zip(levels.last());
     if let Some((fit, (first, last))) = case.pooled.fit.zip(ends) {
-        #[expect(clippy::cast_precision_loss, reason = "points of a curve")]
         let curve = (0..=CURVE)
             .map(|place| first.level + (last.level - first.level) * place as f64 / CURVE as f64)
             .map(|level| [level, fit.probability(level)])

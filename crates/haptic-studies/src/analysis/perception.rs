@@ -107,23 +107,21 @@ pub fn perception(
     seed: u64,
 ) -> Result<PerceptionAnalysis, AnalysisError> {
     let Some(first) = trials.first() else {
-        return Err(AnalysisError::NoTrials);
+        return Err(AnalysisError::no_trials());
     };
     if trials.iter().any(|trial| trial.operator != first.operator) {
-        return Err(AnalysisError::MixedOperators);
+        return Err(AnalysisError::mixed_operators());
     }
     let mut by_case: BTreeMap<_, BySubject<'_>> = BTreeMap::new();
     for trial in trials {
         let case = by_case.entry((trial.case, trial.method)).or_default();
         let own = case.entry(trial.subject.as_str()).or_default();
         if own.insert((trial.session, trial.trial), trial).is_some() {
-            return Err(AnalysisError::TwiceTheTrial {
-                trial: trial.trial,
-                sequence: format!(
-                    "subject {}, session {}, case {:?}",
-                    trial.subject, trial.session, trial.case
-                ),
-            });
+            let PerceptionTrial {
+                subject, session, case, ..
+            } = trial;
+            let sequence = format!("subject {subject}, session {session}, case {case:?}");
+            return Err(AnalysisError::twice(trial.trial, &sequence));
         }
     }
     let mut refused = Vec::new();
@@ -293,7 +291,6 @@ fn no_surer([low, high]: [f64; 2], mean: f64, subjects: &[SubjectThreshold]) -> 
         let found = subjects.iter().filter_map(|one| one.fit.zip(one.intervals));
         found.map(|(fit, intervals)| intervals.threshold_interval.map(|end| end - fit.threshold))
     };
-    #[expect(clippy::cast_precision_loss, reason = "a count of subjects")]
     let half = |end: usize| own().map(|ends| ends[end].powi(2)).sum::<f64>().sqrt() / own().count() as f64;
     [low.min(mean - half(0)), high.max(mean + half(1))]
 }

@@ -89,7 +89,7 @@ fn first_difference(
 /// The segments, by subject, block, resistance and condition.
 pub(super) fn segments(trials: &[FittsTrial]) -> Result<Vec<Segment<'_>>, AnalysisError> {
     if trials.is_empty() {
-        return Err(AnalysisError::NoTrials);
+        return Err(AnalysisError::no_trials());
     }
     let mut by_key: BTreeMap<_, BTreeMap<u32, &FittsTrial>> = BTreeMap::new();
     for trial in trials {
@@ -101,10 +101,7 @@ pub(super) fn segments(trials: &[FittsTrial]) -> Result<Vec<Segment<'_>>, Analys
         );
         if by_key.entry(key).or_default().insert(trial.trial, trial).is_some() {
             let sequence = segment(key, BTreeMap::new()).name();
-            return Err(AnalysisError::TwiceTheTrial {
-                trial: trial.trial,
-                sequence,
-            });
+            return Err(AnalysisError::twice(trial.trial, &sequence));
         }
     }
     let segments: Vec<Segment<'_>> = by_key.into_iter().map(|(key, trials)| segment(key, trials)).collect();
@@ -112,24 +109,20 @@ pub(super) fn segments(trials: &[FittsTrial]) -> Result<Vec<Segment<'_>>, Analys
     for segment in &segments {
         for trial in &segment.trials {
             if let Some((column, value, expected)) = first_difference(lengths_m(trial), segment.lengths_m()) {
-                return Err(AnalysisError::MixedSequence {
-                    trial: trial.trial,
-                    sequence: segment.name(),
-                    column,
-                    value,
-                    expected,
-                });
+                return Err(AnalysisError(format!(
+                    "trial {} of {} has {column} = {value} m, the trials before it {expected} m",
+                    trial.trial,
+                    segment.name()
+                )));
             }
         }
         let elsewhere = *targets.entry(segment.condition).or_insert_with(|| segment.lengths_m());
         if let Some((column, value, expected)) = first_difference(segment.lengths_m(), elsewhere) {
-            return Err(AnalysisError::MixedCondition {
-                condition: segment.condition.to_owned(),
-                sequence: segment.name(),
-                column,
-                value,
-                expected,
-            });
+            return Err(AnalysisError(format!(
+                "condition `{}` has {column} = {value} m in {}, and {expected} m elsewhere",
+                segment.condition,
+                segment.name()
+            )));
         }
     }
     Ok(segments)

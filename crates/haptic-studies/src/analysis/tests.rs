@@ -6,7 +6,7 @@ mod files;
 use super::*;
 use crate::small_plans::{fitts_plan, perception_plan};
 use crate::subject_table::SubjectTable;
-use crate::trial::{Case, Method, PerceptionTrial};
+use crate::trial::{self, Case, Method, PerceptionTrial};
 use serde_json::Value;
 
 /// A segment of two movements that end 10 mm beyond and 10 mm before the target's centre. All errors of the segment
@@ -87,6 +87,13 @@ fn text_of<'a>(files: &'a [(String, Vec<u8>)], name: &str) -> &'a str {
     std::str::from_utf8(bytes).expect("text")
 }
 
+/// Why something was refused.
+#[track_caller]
+fn why(refused: &[Refusal], what: &str) -> String {
+    let found = refused.iter().find(|one| one.what == what);
+    found.unwrap_or_else(|| panic!("{what}: {refused:?}")).why.to_string()
+}
+
 #[test]
 fn every_cell_of_a_small_study_matches_hand_derivation() {
     let found = analysed(&study());
@@ -110,14 +117,8 @@ fn every_cell_of_a_small_study_matches_hand_derivation() {
         );
     }
     let totals = |comparison: usize, place: usize| {
-        let total = &found.comparisons[comparison].totals[place];
-        [
-            total.better,
-            total.worse,
-            total.same,
-            total.subjects_better,
-            total.subjects_worse,
-        ]
+        let of = &found.comparisons[comparison].totals[place];
+        [of.better, of.worse, of.same, of.subjects_better, of.subjects_worse]
     };
     // Time. real: a better and same, b twice better. viscous: a worse and better, which is even; b same and worse.
     assert_eq!((totals(0, 0), totals(0, 1)), ([3, 0, 1, 2, 0], [1, 2, 1, 0, 1]));
@@ -168,13 +169,8 @@ fn the_papers_values_stand_beside_the_papers_study_alone() {
     assert_eq!(beside(&|_| {}), ["real", "viscous"]);
     assert_eq!(beside(&|plan| plan.rest_s = 30.0), ["real", "viscous"]);
     let felt = |plan: &mut FittsPlan, from: &str, to: &str| {
-        let of = |name: &str| {
-            plan.resistances
-                .iter()
-                .position(|one| one.name == name)
-                .expect("a resistance")
-        };
-        let (from, to) = (of(from), of(to));
+        let names = plan.resistances.iter().map(|one| one.name.as_str());
+        let [from, to] = [from, to].map(|name| names.clone().position(|one| one == name).expect("a resistance"));
         plan.resistances[to].mounted = None;
         plan.resistances[to].scene = plan.resistances[from].scene.clone();
     };
@@ -185,31 +181,18 @@ fn the_papers_values_stand_beside_the_papers_study_alone() {
     let mut plan = perception_plan();
     let mut found = twice(&[(0.1, 11), (0.2, 12), (0.3, 14), (0.4, 16), (0.5, 18), (0.6, 19)]);
     let has_paper = |found: &PerceptionAnalysis| {
-        let tables = [
-            perception_tables(found),
-            perception_data(found, &SubjectTable::default()),
-        ]
-        .concat();
-        let heads = tables
-            .iter()
-            .filter(|(name, _)| name == "jnd")
-            .map(|(_, table)| &table.rows[0]);
-        heads
-            .map(|head| head.iter().any(|name| name.contains("paper")))
-            .collect::<Vec<_>>()
+        let data = perception_data(found, &SubjectTable::default());
+        [perception_tables(found), data].map(|tables| {
+            let (_, table) = tables.iter().find(|(name, _)| name == "jnd").expect("a table");
+            table.rows[0].iter().any(|name| name.contains("paper"))
+        })
     };
-    assert_eq!(has_paper(&found), [false, false]);
+    assert_eq!(has_paper(&found), [false; 2]);
     found.put_beside_paper(&plan);
-    assert_eq!(
-        (found.cases[0].paper_jnd_n, has_paper(&found)),
-        (Some(0.78), vec![true, true])
-    );
+    assert_eq!((found.cases[0].paper_jnd_n, has_paper(&found)), (Some(0.78), [true; 2]));
     plan.base.friction = fitts_plan().resistances[4].rendered().friction;
     found.put_beside_paper(&plan);
-    assert_eq!(
-        (found.cases[0].paper_jnd_n, has_paper(&found)),
-        (None, vec![false, false])
-    );
+    assert_eq!((found.cases[0].paper_jnd_n, has_paper(&found)), (None, [false; 2]));
 }
 
 #[test]
@@ -218,15 +201,10 @@ fn throughput_is_the_mean_over_sequences() {
     // dx 10 and -10 mm: Ae = 320 + (10 - 10 + 0 + 10) / 2 = 325 mm; SDx = sqrt(200) = 14.142 mm; We = 58.446 mm;
     // IDe = log2(325 / 58.446 + 1) = 2.713859 bit in every sequence.
     let first = &found.sequences[0];
-    assert!(
-        (first.throughput.effective_amplitude_m - 0.325).abs() < 1e-12,
-        "{first:?}"
-    );
-    assert!(
-        (first.throughput.effective_width_m - 0.058_445_647).abs() < 1e-8,
-        "{first:?}"
-    );
-    assert!((first.throughput.effective_id_bit - 2.713_86).abs() < 1e-4, "{first:?}");
+    let of = &first.throughput;
+    assert!((of.effective_amplitude_m - 0.325).abs() < 1e-12, "{first:?}");
+    assert!((of.effective_width_m - 0.058_445_647).abs() < 1e-8, "{first:?}");
+    assert!((of.effective_id_bit - 2.713_86).abs() < 1e-4, "{first:?}");
     // real took 0.75, 1.7, 0.8 and 1.7 s: the mean of the inverses is 0.939951 / s.
     let real = &found.by_resistance[1];
     assert_eq!(
@@ -234,7 +212,7 @@ fn throughput_is_the_mean_over_sequences() {
         (Some("real"), 4, 2)
     );
     assert!(
-        (real.throughput_bit_per_s / first.throughput.effective_id_bit - 0.939_951).abs() < 1e-6,
+        (real.throughput_bit_per_s / of.effective_id_bit - 0.939_951).abs() < 1e-6,
         "{real:?}"
     );
     assert!(real.throughput_interval_bit_per_s.is_some());
@@ -267,20 +245,10 @@ fn fittss_line_goes_through_the_means_of_the_conditions() {
         (line.slope - 0.2).abs() < 1e-9 && line.intercept.abs() < 1e-9,
         "{line:?}"
     );
-    assert!(
-        found
-            .refused
-            .iter()
-            .any(|one| one.what == "comparison with the baseline")
-    );
+    why(&found.refused, "comparison with the baseline");
     // Two conditions determine no line with an interval.
-    let two = analysed(&study());
-    let refused = two
-        .refused
-        .iter()
-        .find(|one| one.what == "regression of real")
-        .expect("refused");
-    assert!(refused.why.reason.contains("2; at least 3"), "{refused:?}");
+    let refused = why(&analysed(&study()).refused, "regression of real");
+    assert!(refused.contains("2; at least 3"), "{refused}");
 }
 
 #[test]
@@ -291,16 +259,10 @@ fn the_order_of_the_rows_does_not_matter() {
     fastrand::Rng::with_seed(1).shuffle(&mut trials);
     assert_eq!(json(&trials), ordered);
     let value: Value = serde_json::from_str(&ordered).expect("JSON");
-    for name in [
-        "throughput_bit_per_s",
-        "effective_width_m",
-        "effective_amplitude_m",
-        "effective_id_bit",
-    ] {
-        assert!(
-            value[name].is_f64() && value["by_resistance"][0][name].is_f64(),
-            "{name}"
-        );
+    for value in [&value, &value["by_resistance"][0]] {
+        for name in ["effective_width_m", "effective_amplitude_m", "effective_id_bit"] {
+            assert!(value[name].is_f64() && value["throughput_bit_per_s"].is_f64(), "{name}");
+        }
     }
 }
 
@@ -339,21 +301,13 @@ fn what_a_segment_cannot_tell_is_refused_and_the_rest_stands() {
     // One trial of a's easy segment under the real friction is missing.
     trials.remove(5);
     let found = analysed(&trials);
-    let reason = |what: &str| {
+    for (what, reason) in [
+        ("throughput", "movements: 1; at least 2 are needed"),
+        ("comparison", "it has 1 trials, and the baseline (block 3) has 2"),
+    ] {
         let name = format!("{what} of subject a, block 4, resistance real, condition easy");
-        found
-            .refused
-            .iter()
-            .find(|one| one.what == name)
-            .expect("refused")
-            .why
-            .to_string()
-    };
-    assert_eq!(reason("throughput"), "movements: 1; at least 2 are needed");
-    assert_eq!(
-        reason("comparison"),
-        "it has 1 trials, and the baseline (block 3) has 2"
-    );
+        assert_eq!(why(&found.refused, &name), reason);
+    }
     assert_eq!(found.comparisons[0].rows[0].counts[0].better, 1);
     // Without sizes there is no Table 5.
     trials.iter_mut().for_each(|trial| trial.error_size_m = None);
@@ -363,31 +317,14 @@ fn what_a_segment_cannot_tell_is_refused_and_the_rest_stands() {
 
 /// A subject's answers: the level, whether it is correct, and whether the staircase turned.
 fn answers(subject: &str, case: Case, method: Method, answers: &[(f64, bool, bool)]) -> Vec<PerceptionTrial> {
-    (1..)
-        .zip(answers)
-        .map(|(trial, (level_n, correct, reversal))| PerceptionTrial {
-            operator: None,
-            subject: subject.to_owned(),
-            session: 1,
-            case,
-            method,
-            trial,
-            base_static_n: 4.0,
-            base_dynamic_n: 3.5,
-            comparison_static_n: 4.0 + level_n,
-            comparison_dynamic_n: 3.5 + level_n,
-            level_n: *level_n,
-            comparison_first: true,
-            answer: if *correct { 1 } else { 2 },
-            correct: *correct,
-            response_time_s: None,
-            reversal: *reversal,
-            start_tick: None,
-            end_tick: None,
-            voided: 0,
-            recording: None,
-        })
-        .collect()
+    let heading = "subject,case,method,trial,base_static_N,base_dynamic_N,comparison_static_N,comparison_dynamic_N,level_N,\
+                   comparison_first,answer,correct,reversal";
+    let rows = (1..).zip(answers).map(|(trial, (level_n, correct, reversal))| {
+        let (fs, fd, answer) = (4.0 + level_n, 3.5 + level_n, if *correct { 1 } else { 2 });
+        let method = method.name();
+        format!("{subject},{case:?},{method},{trial},4,3.5,{fs},{fd},{level_n},true,{answer},{correct},{reversal}\n")
+    });
+    trial::read(format!("{heading}\n{}", rows.collect::<String>()).as_bytes()).expect("trials")
 }
 
 /// A subject's answers to constant stimuli: of `each` at every level, so many are correct.
@@ -399,15 +336,8 @@ fn constant(subject: &str, levels: &[(f64, usize)], each: usize) -> Vec<Percepti
 
 #[test]
 fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
-    let levels = [
-        (0.1, 21),
-        (0.2, 24),
-        (0.3, 27),
-        (0.4, 32),
-        (0.5, 35),
-        (0.6, 37),
-        (0.8, 39),
-    ];
+    let levels = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8].into_iter();
+    let levels: Vec<(f64, usize)> = levels.zip([21, 24, 27, 32, 35, 37, 39]).collect();
     // Reversals at 3.0 2.0 2.6 2.2 | 2.8 2.4 2.6 2.2: the first four do not count, and the mean of the rest is 2.5.
     let staircase: Vec<(f64, bool, bool)> = [3.0, 2.0, 2.6, 2.2, 2.8, 2.4, 2.6, 2.2]
         .into_iter()
@@ -429,12 +359,7 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
     assert!((b.staircase_n.expect("reversals").value - 2.5).abs() < 1e-12);
     // Its answers do not get better with the level.
     assert_eq!(b.jnd_n, None);
-    assert!(
-        found
-            .refused
-            .iter()
-            .any(|one| one.what == "threshold of subject 01, case B")
-    );
+    why(&found.refused, "threshold of subject 01, case B");
     let files = perception_files(&found, &SubjectTable::default(), "Cases");
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(
@@ -462,12 +387,8 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
     fastrand::Rng::with_seed(1).shuffle(&mut trials);
     assert_eq!(perception(&trials, None, 1).expect("an analysis"), found);
     trials.push(trials[0].clone());
-    assert!(
-        perception(&trials, None, 1)
-            .expect_err("twice")
-            .to_string()
-            .contains("is there twice")
-    );
+    let error = perception(&trials, None, 1).expect_err("twice").to_string();
+    assert!(error.contains("is there twice"), "{error}");
 }
 
 /// Two subjects with the same answers: of 20 at each level, so many are correct.
@@ -496,10 +417,10 @@ fn answers_that_jump_have_no_interval() {
     for (at_jump, precision_n) in [(15, 1e-3), (13, 5e-3)] {
         let found = twice(&[(0.1, 10), (0.2, 10), (0.3, at_jump), (0.4, 20), (0.5, 20)]);
         let case = &found.cases[0];
+        let mut subjects = case.subjects.iter();
         assert!(
-            case.subjects
-                .iter()
-                .all(|one| one.fit.is_some() && one.intervals.is_none())
+            subjects.all(|one| one.fit.is_some() && one.intervals.is_none()),
+            "{case:?}"
         );
         let mean = case.jnd_n.expect("two thresholds");
         assert!(

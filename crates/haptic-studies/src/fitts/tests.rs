@@ -199,15 +199,8 @@ proptest! {
 #[test]
 fn rows_of_another_study_are_not_gone_on_with() {
     let plan = small();
-    let mut all = Vec::new();
-    for _ in 0..20 {
-        all.extend([
-            SubjectAction::Begin,
-            SubjectAction::Hit,
-            SubjectAction::Hit,
-            SubjectAction::Hit,
-        ]);
-    }
+    use SubjectAction::{Begin, Hit};
+    let all = [Begin, Hit, Hit, Hit].repeat(20);
     let ([practice, trials], _) = rows(&plan, &all);
     assert_eq!((practice.len(), trials.len()), (2, 18));
     let mut other = FittsSession::new(&plan, 8, &Subject::numbered(3), Operator::Human, 1e-3);
@@ -222,7 +215,7 @@ fn rows_of_another_study_are_not_gone_on_with() {
     let more = [trials.clone(), trials].concat();
     let error = session(&plan)
         .resume(&practice, &more)
-        .expect_err("too many rows")
+        .expect_err("too many")
         .to_string();
     assert!(error.ends_with("and the plan has no row"), "{error}");
 }

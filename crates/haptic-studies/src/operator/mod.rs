@@ -170,11 +170,7 @@ fn run_trial(
     Ok(())
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "less than a second"
-)]
+#[expect(clippy::cast_sign_loss, reason = "less than a second")]
 fn ticks(seconds: f64) -> u64 {
     (seconds / PERIOD_S).round() as u64
 }

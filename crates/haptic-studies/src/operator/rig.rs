@@ -139,14 +139,13 @@ impl Rig {
     }
 
     /// Lives through a tick in which the hand pushes with a force, N; the row of the tick, as a recording has it.
-    #[expect(clippy::cast_precision_loss, reason = "milliseconds of a study are far below 2^53")]
     pub(super) fn tick(&mut self, hand_n: f64) -> Sample {
         self.tick += 1;
         let t_s = self.tick as f64 * PERIOD_S;
         self.plant.advance(PERIOD_S, t_s, self.force_n + hand_n);
         let resolution_m = self.setup.device_resolution_m;
         let counted_m = (self.position_m() / resolution_m).round() * resolution_m;
-        #[expect(clippy::cast_possible_truncation, reason = "it wraps around")]
+        // The number wraps around.
         let sample = Measurement::new(self.tick as u32, self.tick * PERIOD_NS, counted_m);
         let inputs = Inputs {
             elapsed_ns: if self.tick == 1 { 0 } else { PERIOD_NS },

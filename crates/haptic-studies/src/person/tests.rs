@@ -74,11 +74,8 @@ impl Person {
             input_flags: u32::from(self.buttons) << 5,
             ..Sample::default()
         };
-        let (seq, dropped, rows) = (0, 0, vec![row]);
         self.session.event(&Event::Samples(SamplesEvent {
-            seq,
-            dropped,
-            rows,
+            rows: vec![row],
             ..SamplesEvent::default()
         }));
         self.listen();
@@ -131,6 +128,15 @@ impl Person {
         self.session_events
     }
 
+    /// The row of the last trial that was kept, of the targeting task.
+    #[track_caller]
+    fn last_row(&self) -> FittsTrial {
+        match self.session_events.last() {
+            Some(SessionEvent::Kept(TrialRow::Fitts(row))) => (**row).clone(),
+            other => panic!("{other:?}"),
+        }
+    }
+
     fn kept(&self) -> usize {
         let kept = |event: &&SessionEvent| matches!(event, SessionEvent::Kept(_));
         self.session_events.iter().filter(kept).count()
@@ -143,18 +149,29 @@ fn a_folder() -> (tempfile::TempDir, PathBuf) {
     (parent, folder)
 }
 
+/// A study for people with one subject, of this plan.
+fn a_study(text: &str) -> (tempfile::TempDir, PathBuf) {
+    let (parent, folder) = a_folder();
+    make(&folder, text);
+    (parent, folder)
+}
+
+/// Why a session is not opened.
+fn refused(folder: &Path, code: &str) -> String {
+    PersonSession::open(folder, code, rig())
+        .expect_err("refused")
+        .to_string()
+}
+
 #[test]
 fn a_person_goes_on_after_any_end_and_two_programs_cannot_fight() {
-    let (_parent, folder) = a_folder();
-    make(&folder, &small_fitts());
+    let (_parent, folder) = a_study(&small_fitts());
     let mut done = 0;
     loop {
         // The program ends after every second click, and so within a segment.
         let mut person = Person::new(&folder);
         assert!(matches!(person.phase(), Phase::Instruction(_)), "{:?}", person.phase());
-        let second = PersonSession::open(&folder, "P7", rig())
-            .expect_err("it is open")
-            .to_string();
+        let second = refused(&folder, "P7");
         assert!(second.ends_with("another program is running this study"), "{second}");
         for _ in 0..2 {
             person.find_target();
@@ -187,17 +204,16 @@ fn a_person_goes_on_after_any_end_and_two_programs_cannot_fight() {
     again.listen();
     assert_eq!(again.end(), [SessionEvent::Finished]);
     assert_eq!(std::fs::read(&all).expect("it is there again"), bytes);
-    let unknown = PersonSession::open(&folder, "P8", rig())
-        .expect_err("a stranger")
-        .to_string();
-    assert_eq!(unknown, "`P8` is not a subject of this study; there are P7");
+    assert_eq!(
+        refused(&folder, "P8"),
+        "`P8` is not a subject of this study; there are P7"
+    );
 }
 
 #[test]
 fn what_disturbs_a_trial_voids_it_and_it_is_done_again() {
     type Disturb = fn(&mut Person);
-    let (_parent, folder) = a_folder();
-    make(&folder, &small_fitts());
+    let (_parent, folder) = a_study(&small_fitts());
     let disturbances: [(Disturb, &str); 6] = [
         (|person| person.session.pause(), "paused"),
         (|person| person.state = RigState::Stopped, "the rig is stopped"),
@@ -238,11 +254,8 @@ fn what_disturbs_a_trial_voids_it_and_it_is_done_again() {
     }
     person.find_target();
     person.click();
-    person.session_events.clear();
     person.click();
-    let Some(SessionEvent::Kept(TrialRow::Fitts(row))) = person.session_events.first() else {
-        panic!("{:?}", person.session_events)
-    };
+    let row = person.last_row();
     assert_eq!((row.trial, row.voided), (1, 6));
     // Its recording is of the attempt that counts, and knows its scene.
     let (metadata, entries) = recording_of(&folder, row.recording.as_deref());
@@ -260,9 +273,7 @@ fn what_disturbs_a_trial_voids_it_and_it_is_done_again() {
     person.find_target();
     person.click();
     person.click();
-    let Some(SessionEvent::Kept(TrialRow::Fitts(row))) = person.session_events.last() else {
-        panic!("{:?}", person.session_events)
-    };
+    let row = person.last_row();
     assert_eq!((row.trial, row.voided), (2, 0), "the next trial has no void attempts");
 }
 
@@ -279,8 +290,7 @@ fn recording_of(folder: &Path, path: Option<&str>) -> (haptic_recording::Metadat
 
 #[test]
 fn click_counts_at_its_tick_however_late_it_arrives() {
-    let (_parent, folder) = a_folder();
-    make(&folder, &small_fitts());
+    let (_parent, folder) = a_study(&small_fitts());
     let mut person = Person::new(&folder);
     person.find_target();
     person.reach();
@@ -300,9 +310,7 @@ fn click_counts_at_its_tick_however_late_it_arrives() {
     person.ticks(200);
     person.session.click(clicked);
     person.listen();
-    let Some(SessionEvent::Kept(TrialRow::Fitts(first))) = person.session_events.pop() else {
-        panic!("a row")
-    };
+    let first = person.last_row();
     assert_eq!(
         (first.start_tick, first.end_tick, first.errors),
         (Some(started), Some(clicked), 0)
@@ -318,17 +326,14 @@ fn click_counts_at_its_tick_however_late_it_arrives() {
     let coming = person.tick + 50;
     person.session.click(coming);
     person.ticks(60);
-    let Some(SessionEvent::Kept(TrialRow::Fitts(second))) = person.session_events.pop() else {
-        panic!("a row")
-    };
+    let second = person.last_row();
     assert_eq!((second.start_tick, second.end_tick), (Some(clicked), Some(coming)));
     assert_eq!(second.cursor_latency_s, None);
 }
 
 #[test]
 fn a_person_tells_surfaces_apart_and_sees_nothing_of_them() {
-    let (_parent, folder) = a_folder();
-    make(&folder, &small_perception());
+    let (_parent, folder) = a_study(&small_perception());
     let mut person = Person::new(&folder);
     assert_eq!(person.phase(), Phase::Instruction(Instruction::Practice));
     let mut rows = Vec::new();
@@ -357,8 +362,7 @@ fn a_person_tells_surfaces_apart_and_sees_nothing_of_them() {
 
 #[test]
 fn a_surface_that_is_late_makes_the_gap_longer() {
-    let (_parent, folder) = a_folder();
-    make(&folder, &small_perception());
+    let (_parent, folder) = a_study(&small_perception());
     let mut person = Person::new(&folder);
     person.until(|phase| phase == Phase::Wait);
     // Whichever of the two gaps brings the comparison: it is taken, and not set for two seconds.
@@ -391,9 +395,7 @@ fn people_and_models_are_refused_each_others_studies() {
     let one = SubjectTable::of_codes(&["01".to_owned()]);
     let about = StudyDescription::simulated(&plan, &text, 1, &one, false);
     drop(Study::create(&folder, &text, &about, &one).expect("created"));
-    let error = PersonSession::open(&folder, "01", rig())
-        .expect_err("a model's")
-        .to_string();
+    let error = refused(&folder, "01");
     assert!(error.starts_with("simulated operators do this study"), "{error}");
     let people = folder.with_file_name("people");
     make(&people, &text);

@@ -2,10 +2,13 @@
 
 use super::super::order::Order;
 use super::Task;
-use super::check::{MAX_GAIN, PlanError, names, within};
+use super::check::{PlanError, names, one_of, within};
 use haptic_core::friction::{Friction, Viscous};
 use haptic_core::{Directional, Scene};
 use serde::{Deserialize, Serialize};
+
+/// Largest ratio of the cursor's motion to the handle's.
+const MAX_GAIN: f64 = 100.0;
 
 /// A targeting task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -161,10 +164,11 @@ impl FittsPlan {
         let known: Vec<&str> = self.resistances.iter().map(|one| one.name.as_str()).collect();
         names("resistances", known.iter().copied())?;
         if !known.contains(&self.baseline.as_str()) {
-            return Err(PlanError::NoBaseline {
-                name: self.baseline.clone(),
-                known: known.join(", "),
-            });
+            return Err(PlanError(format!(
+                "baseline = `{}` is not the name of a resistance; there are {}",
+                self.baseline,
+                known.join(", ")
+            )));
         }
         within("rig.gain", self.rig.gain, 0.01, MAX_GAIN, "")?;
         let [low, high] = self.rig.range_m;
@@ -201,12 +205,19 @@ impl FittsPlan {
         let needs_m = half_m / self.rig.gain;
         // A range that was computed from the targets is not too small by rounding.
         if needs_m > has_m + 1e-9 {
-            return Err(PlanError::OutOfReach {
-                condition: condition.name.clone(),
-                needs_m: (needs_m * 1e6).round() / 1e6,
-                has_m,
-                gain: (half_m / has_m * 1e3).ceil() / 1e3,
-            });
+            // Infinite where the centre is an end of the range.
+            let gain = (half_m / has_m * 1e3).ceil() / 1e3;
+            let instead = if gain > MAX_GAIN {
+                "move rig.center_m towards the middle of rig.range_m".to_owned()
+            } else {
+                format!("raise rig.gain to {gain} or more")
+            };
+            return Err(PlanError(format!(
+                "conditions.{}: its targets take {} m of the handle to either side of rig.center_m, and rig.range_m \
+                 leaves {has_m} m: {instead}",
+                condition.name,
+                (needs_m * 1e6).round() / 1e6
+            )));
         }
         Ok(())
     }
@@ -222,10 +233,10 @@ fn check_condition(condition: &Condition) -> Result<(), PlanError> {
 fn check_resistance(resistance: &Resistance) -> Result<(), PlanError> {
     let place = format!("resistances.{}", resistance.name);
     match (&resistance.scene, resistance.mounted) {
-        (Some(scene), None) => scene.validate().map_err(|error| PlanError::Scene {
-            place,
-            why: error.to_string(),
-        }),
+        (Some(scene), None) => {
+            let wrong = |error| PlanError(format!("{place}: {error}"));
+            scene.validate().map_err(wrong)
+        }
         (None, Some(mounted)) => {
             let field = |name| format!("{place}.mounted.{name}");
             within(field("mass_kg"), mounted.mass_kg, 0.0, 100.0, " kg")?;
@@ -233,10 +244,6 @@ fn check_resistance(resistance: &Resistance) -> Result<(), PlanError> {
             let low = mounted.dynamic_force_n;
             within(field("static_force_N"), mounted.static_force_n, low, 1000.0, " N")
         }
-        _ => Err(PlanError::OneOf {
-            place,
-            one: "scene",
-            other: "mounted",
-        }),
+        _ => Err(one_of(&place, "scene", "mounted")),
     }
 }

@@ -134,7 +134,7 @@ fn parse<T: DeserializeOwned>(text: &str) -> Result<T, PlanError> {
         let message = error.to_string().trim_end().to_owned();
         // As a scene may have it, which is of one rig: a study is the same on each.
         let is_of_rig = error.message().ends_with("\"rig\", expected struct Coupling");
-        PlanError::Toml(if is_of_rig { message + NUMBERS } else { message })
+        PlanError(if is_of_rig { message + NUMBERS } else { message })
     })
 }
 

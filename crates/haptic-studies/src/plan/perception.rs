@@ -3,7 +3,7 @@
 use super::super::order::Order;
 use super::super::trial::{Case, Method};
 use super::Task;
-use super::check::{PlanError, names, within};
+use super::check::{PlanError, names, one_of, within};
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::{Directional, Scene};
 use haptic_lab::stats::psychometric::{Level, MIN_LEVELS, by_level};
@@ -191,18 +191,15 @@ impl PerceptionPlan {
             "",
         )?;
         within("rest_s", self.rest_s, 0.0, 3600.0, " s")?;
-        let wrong = |why: String| PlanError::Scene {
-            place: "base".to_owned(),
-            why,
-        };
-        self.base.validate().map_err(|error| wrong(error.to_string()))?;
+        let wrong = |error| PlanError(format!("base: {error}"));
+        self.base.validate().map_err(wrong)?;
         let is_plain = self
             .karnopp()
             .is_some_and(|law| law.static_force.is_symmetric() && law.dynamic_force.is_symmetric());
         if !is_plain {
             let law = self.base.friction.law();
-            return Err(wrong(format!(
-                "friction.law = `{law}`: karnopp is needed, with one static_force and one dynamic_force"
+            return Err(PlanError(format!(
+                "base: friction.law = `{law}`: karnopp is needed, with one static_force and one dynamic_force"
             )));
         }
         self.tests.iter().try_for_each(|test| self.check_test(test))?;
@@ -220,14 +217,15 @@ impl PerceptionPlan {
             let field = format!("tests.{:?}.constant.levels_N", test.case);
             let levels = by_level(constant.levels_n.iter().map(|level_n| (*level_n, false)));
             if let Some(&Level { level: level_n, .. }) = levels.iter().find(|level| level.trials > 1) {
-                return Err(PlanError::LevelTwice { field, level_n });
+                return Err(PlanError(format!(
+                    "{field}: {level_n} N is there twice: trials_per_level says how often a level is tested"
+                )));
             }
             if levels.len() < MIN_LEVELS {
-                return Err(PlanError::FewLevels {
-                    field,
-                    count: levels.len(),
-                    least: MIN_LEVELS,
-                });
+                return Err(PlanError(format!(
+                    "{field}: different levels: {}; the analysis needs at least {MIN_LEVELS}",
+                    levels.len()
+                )));
             }
         }
         Ok(())
@@ -272,28 +270,24 @@ impl PerceptionPlan {
                 within(format!("{place}.constant.trials_per_level"), count, 1.0, 10_000.0, "")?;
             }
             (None, Some(staircase)) => staircase.check(&format!("{place}.staircase"))?,
-            _ => {
-                return Err(PlanError::OneOf {
-                    place,
-                    one: "constant",
-                    other: "staircase",
-                });
-            }
+            _ => return Err(one_of(&place, "constant", "staircase")),
         }
         let (level_n, (static_n, dynamic_n)) = (test.easiest_n(), self.base_n());
         if test.case == Case::B && static_n < dynamic_n {
-            return Err(PlanError::NotFelt { static_n, dynamic_n });
+            return Err(PlanError(format!(
+                "case B: static_force = {static_n} N of the base is below its dynamic_force = {dynamic_n} N, at which \
+                 the block lets go: a higher static friction would be felt less than its level says"
+            )));
         }
         let base_n = static_n.min(dynamic_n);
         if test.case == Case::C && level_n > base_n {
-            let case = test.case;
-            return Err(PlanError::TooLow { case, level_n, base_n });
+            return Err(PlanError(format!(
+                "case C: a level of {level_n} N leaves less friction than none: the base has {base_n} N"
+            )));
         }
         let surface = self.surface(self.comparison_n(test.case, level_n));
-        surface.validate().map_err(|error| PlanError::Scene {
-            place: format!("{place}, level_N = {level_n} N"),
-            why: error.to_string(),
-        })
+        let wrong = |error| PlanError(format!("{place}, level_N = {level_n} N: {error}"));
+        surface.validate().map_err(wrong)
     }
 }
 
@@ -327,7 +321,9 @@ impl Staircase {
             }
         }
         if self.stop_after_trials.is_none() && self.stop_after_reversals.is_none() {
-            return Err(PlanError::NoEnd(place.to_owned()));
+            return Err(PlanError(format!(
+                "{place}: `stop_after_trials` or `stop_after_reversals` is needed"
+            )));
         }
         Ok(())
     }

@@ -494,11 +494,7 @@ impl Session {
     }
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a break of minutes, and none below 0"
-)]
+#[expect(clippy::cast_sign_loss, reason = "a break of minutes, and none below 0")]
 fn whole_seconds(time_s: f64) -> u32 {
     // Ticks are not a whole number of binary fractions of a second.
     (time_s - 1e-6).ceil() as u32

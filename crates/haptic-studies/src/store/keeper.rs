@@ -54,8 +54,11 @@ impl Table {
         let mut length = whole as u64;
         if whole > 0 && !T::names().eq(heading.iter()) {
             if let Some(column) = heading.iter().find(|column| !T::names().any(|name| name == *column)) {
-                let column = column.clone();
-                return Err(StoreError::Column { path, column });
+                let why = format!(
+                    "the column `{column}` is none of this program's, and would be lost: keep it in another file, or \
+                     finish the study with the version that began it"
+                );
+                return Err(StoreError::of(&path, &why));
             }
             replace(&path, &path, |file| {
                 trial::write(&trials, &*file).map_err(io::Error::other)?;
@@ -227,7 +230,6 @@ impl Keeper {
         Ok(())
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "minutes of ticks")]
     fn metadata(&self, ticks: &Ticks) -> Metadata {
         let duration_s = ticks.rows.len() as f64 / self.rig.loop_rate_hz;
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();

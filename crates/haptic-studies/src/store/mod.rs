@@ -69,10 +69,7 @@ impl Study {
         subjects: &SubjectTable,
     ) -> Result<Self, StoreError> {
         if folder.join(STUDY).exists() {
-            return Err(StoreError::Taken {
-                path: folder.to_owned(),
-                what: difference(folder, about),
-            });
+            return Err(StoreError::of(folder, &difference(folder, about)));
         }
         let plan = Plan::read(plan_text).map_err(wrong(&folder.join(PLAN)))?;
         check_codes(&about.subjects)?;
@@ -95,10 +92,10 @@ impl Study {
         write_new(&inside.join(STUDY), &text)?;
         sync_folder(&inside)?;
         fs::rename(&inside, folder).map_err(|error| match error.kind() {
-            io::ErrorKind::DirectoryNotEmpty | io::ErrorKind::NotADirectory => StoreError::Taken {
-                path: folder.to_owned(),
-                what: "it is there already, and not an empty folder; nothing is overwritten".to_owned(),
-            },
+            io::ErrorKind::DirectoryNotEmpty | io::ErrorKind::NotADirectory => {
+                let why = "it is there already, and not an empty folder; nothing is overwritten";
+                StoreError::of(folder, why)
+            }
             _ => at(folder)(error),
         })?;
         sync_folder(parent)?;
@@ -172,9 +169,9 @@ impl Study {
     /// There is none.
     pub fn subject_of(&self, code: &str) -> Result<Subject, StoreError> {
         let found = self.subjects().find(|subject| subject.code == code);
-        found.ok_or_else(|| StoreError::NoSubject {
-            code: code.to_owned(),
-            known: self.about.subjects.join(", "),
+        found.ok_or_else(|| {
+            let known = self.about.subjects.join(", ");
+            StoreError::Refused(format!("`{code}` is not a subject of this study; there are {known}"))
         })
     }
 

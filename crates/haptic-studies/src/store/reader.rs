@@ -32,14 +32,21 @@ pub fn read(folder: &Path) -> Result<(Plan, StudyDescription), StoreError> {
     };
     let about: StudyDescription = serde_json::from_str(&text).map_err(at(&path))?;
     if about.version > VERSION {
-        let found = about.version;
-        return Err(StoreError::Version { path, found });
+        let why = format!(
+            "its version is {}, and this program knows up to {VERSION}",
+            about.version
+        );
+        return Err(StoreError::of(&path, &why));
     }
     let path = folder.join(PLAN);
     let text = fs::read_to_string(&path).map_err(at(&path))?;
     let (expected, found) = (about.plan_crc32, crc32fast::hash(text.as_bytes()));
     if expected != found {
-        return Err(StoreError::PlanChanged { path, expected, found });
+        let why = format!(
+            "the plan was changed since the study began: its checksum was {expected:08x} and is {found:08x}; put the old \
+             plan back, or make a new study"
+        );
+        return Err(StoreError::of(&path, &why));
     }
     let plan = Plan::of_study(&text).map_err(wrong(&path))?;
     check_orders(&plan, &about)?;
@@ -61,11 +68,10 @@ pub(super) fn check_orders(plan: &Plan, about: &StudyDescription) -> Result<(), 
         .zip(&about.subjects)
         .filter(|(order, _)| is_wrong(order));
     wrong.next().map_or(Ok(()), |(order, subject)| {
-        Err(StoreError::Order {
-            subject: subject.clone(),
-            found: order.join(" | "),
-            names: names.join(" | "),
-        })
+        let [order, names] = [order, &names].map(|names| names.join(" | "));
+        Err(StoreError::Refused(format!(
+            "subject {subject}: order = `{order}` is not a permutation of `{names}`"
+        )))
     })
 }
 
@@ -188,10 +194,14 @@ pub fn read_folder(folder: &Path) -> Result<Trials, StoreError> {
             (none @ None, read) => *none = Some(read),
             (Some(Trials::Fitts(trials)), Trials::Fitts(more)) => trials.extend(more),
             (Some(Trials::Perception(trials)), Trials::Perception(more)) => trials.extend(more),
-            _ => return Err(StoreError::BothTasks(path)),
+            _ => {
+                let why = "answers of a perception test beside trials of a targeting task: analyse each alone";
+                return Err(StoreError::of(&path, why));
+            }
         }
     }
-    all.ok_or_else(|| StoreError::NoData(folder.to_path_buf()))
+    let none = "no trials: a study has them in data/subject-CODE/, in files that end in _data.csv";
+    all.ok_or_else(|| StoreError::of(folder, none))
 }
 
 /// The files of trials in a folder and those below it.

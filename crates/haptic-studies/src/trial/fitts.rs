@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FittsTrial {
     /// Who did it; a file from elsewhere need not say so.
-    #[serde(default)]
     pub operator: Option<Operator>,
     /// Code of the subject.
     pub subject: String,
@@ -23,14 +22,12 @@ pub struct FittsTrial {
     /// Trial of the segment, from 1.
     pub trial: u32,
     /// Direction of the movement along the rig's axis, +1 or -1.
-    #[serde(default)]
     pub direction: Option<i8>,
     /// Distance between the targets' centres, m (> 0, at most 10).
     pub amplitude_m: f64,
     /// Width of the target, m (> 0, at most 10).
     pub width_m: f64,
     /// Diameter of the cursor, m (>= 0, below the width).
-    #[serde(default)]
     pub cursor_diameter_m: Option<f64>,
     /// Cursor's centre at the valid click, from the target's centre, m (-10 to 10): positive is overshoot, whichever
     /// way the movement went.
@@ -40,32 +37,24 @@ pub struct FittsTrial {
     /// Invalid clicks before the valid one.
     pub errors: u32,
     /// Sizes of the invalid clicks added up, m (>= 0): each is how far the cursor's edge was outside the target's.
-    #[serde(default)]
     pub error_size_m: Option<f64>,
     /// Tick at which the target became active.
-    #[serde(default)]
     pub start_tick: Option<u64>,
     /// Tick of the valid click.
-    #[serde(default)]
     pub end_tick: Option<u64>,
     /// Revision of the scene that was rendered.
-    #[serde(default)]
     pub scene_revision: Option<u64>,
     /// Attempts at this trial that were voided before it.
     #[serde(default)]
     pub voided: u32,
     /// From the sample on the device to the end of the frame that shows it, s: the median of the trial's frames. A
     /// simulated operator has no screen.
-    #[serde(default)]
     pub cursor_latency_s: Option<f64>,
     /// The same of the slowest twentieth of the frames: the 95th percentile, s.
-    #[serde(default)]
     pub cursor_latency_p95_s: Option<f64>,
     /// Frames a second of the subject's screen, by the median time between two of the trial.
-    #[serde(default)]
     pub frame_rate_hz: Option<f64>,
     /// Recording of the trial, a path from the study's folder.
-    #[serde(default)]
     pub recording: Option<String>,
 }
 
@@ -102,32 +91,21 @@ impl Trial for FittsTrial {
         named("condition", &self.condition)?;
         length("amplitude_m", self.amplitude_m)?;
         length("width_m", self.width_m)?;
-        check(
-            self.movement_time_s > 0.0 && self.movement_time_s <= 150.0,
-            "movement_time_s",
-            &self.movement_time_s,
-            " s",
+        let (time_s, error_m) = (self.movement_time_s, self.end_error_m);
+        let (is_time, limit) = (
+            time_s > 0.0 && time_s <= 150.0,
             "it must be above 0 s, and at most 150 s",
-        )?;
-        check(
-            self.end_error_m.abs() <= 10.0,
-            "end_error_m",
-            &self.end_error_m,
-            " m",
-            "it must be -10 m to 10 m",
-        )?;
+        );
+        check(is_time, "movement_time_s", time_s, " s", limit)?;
+        let is_error = error_m.abs() <= 10.0;
+        check(is_error, "end_error_m", error_m, " m", "it must be -10 m to 10 m")?;
         if let Some(direction) = self.direction {
-            check(direction.abs() == 1, "direction", &direction, "", "it must be 1 or -1")?;
+            check(direction.abs() == 1, "direction", direction, "", "it must be 1 or -1")?;
         }
         if let Some(diameter) = self.cursor_diameter_m {
-            not_negative("cursor_diameter_m", diameter, " m")?;
-            check(
-                diameter < self.width_m,
-                "cursor_diameter_m",
-                &diameter,
-                " m",
-                "it must be below width_m",
-            )?;
+            let (column, limit) = ("cursor_diameter_m", "it must be below width_m");
+            not_negative(column, diameter, " m")?;
+            check(diameter < self.width_m, column, diameter, " m", limit)?;
         }
         for (column, value, unit) in [
             ("error_size_m", self.error_size_m, " m"),

@@ -39,7 +39,6 @@ impl Method {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PerceptionTrial {
     /// Who did it; a file from elsewhere need not say so.
-    #[serde(default)]
     pub operator: Option<Operator>,
     /// Code of the subject.
     pub subject: String,
@@ -74,22 +73,18 @@ pub struct PerceptionTrial {
     /// Whether it had.
     pub correct: bool,
     /// From the end of the second interval to the answer, s (>= 0).
-    #[serde(default)]
     pub response_time_s: Option<f64>,
     /// Whether the staircase turned after this answer.
     #[serde(default)]
     pub reversal: bool,
     /// First tick of the first interval.
-    #[serde(default)]
     pub start_tick: Option<u64>,
     /// Tick of the answer.
-    #[serde(default)]
     pub end_tick: Option<u64>,
     /// Attempts at this trial that were voided before it.
     #[serde(default)]
     pub voided: u32,
     /// Recording of the trial, a path from the study's folder.
-    #[serde(default)]
     pub recording: Option<String>,
 }
 
@@ -124,13 +119,8 @@ impl Trial for PerceptionTrial {
         not_negative("comparison_static_N", self.comparison_static_n, " N")?;
         not_negative("comparison_dynamic_N", self.comparison_dynamic_n, " N")?;
         not_negative("level_N", self.level_n, " N")?;
-        check(
-            matches!(self.answer, 1 | 2),
-            "answer",
-            &self.answer,
-            "",
-            "it must be 1 or 2",
-        )?;
+        let is_answer = matches!(self.answer, 1 | 2);
+        check(is_answer, "answer", self.answer, "", "it must be 1 or 2")?;
         self.response_time_s
             .map_or(Ok(()), |time| not_negative("response_time_s", time, " s"))
     }

@@ -2,6 +2,7 @@
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::fmt::Display;
 
 /// A row that can be read and written.
 pub trait Trial: Serialize + DeserializeOwned {
@@ -54,57 +55,38 @@ impl Column {
 
 /// A value of a row that is out of its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{column} = {value}{unit} is out of range: {limit}")]
-pub struct OutOfRange {
-    /// The column.
-    pub column: &'static str,
-    /// Its value.
-    pub value: String,
-    /// Its unit, after a blank; empty where it has none.
-    pub unit: &'static str,
-    /// What it must be.
-    pub limit: &'static str,
-}
+#[error("{0}")]
+pub struct OutOfRange(String);
 
+/// Checks what a value must be. Its unit stands after a blank.
 pub(super) fn check(
     is_right: bool,
-    column: &'static str,
-    value: &impl ToString,
-    unit: &'static str,
-    limit: &'static str,
+    column: &str,
+    value: impl Display,
+    unit: &str,
+    limit: &str,
 ) -> Result<(), OutOfRange> {
     if is_right {
         return Ok(());
     }
-    let value = value.to_string();
-    Err(OutOfRange {
-        column,
-        value,
-        unit,
-        limit,
-    })
+    let why = format!("{column} = {value}{unit} is out of range: {limit}");
+    Err(OutOfRange(why))
 }
-
-const NOT_NEGATIVE: &str = "it must be 0 or above, and finite";
 
 /// Checks a length of the task, m. A larger one is in mm, or in pixels.
-pub(super) fn length(column: &'static str, value_m: f64) -> Result<(), OutOfRange> {
+pub(super) fn length(column: &str, value_m: f64) -> Result<(), OutOfRange> {
     let is_right = value_m > 0.0 && value_m <= 10.0;
-    check(
-        is_right,
-        column,
-        &value_m,
-        " m",
-        "it must be above 0 m, and at most 10 m",
-    )
+    let limit = "it must be above 0 m, and at most 10 m";
+    check(is_right, column, value_m, " m", limit)
 }
 
-pub(super) fn not_negative(column: &'static str, value: f64, unit: &'static str) -> Result<(), OutOfRange> {
-    check(value >= 0.0 && value.is_finite(), column, &value, unit, NOT_NEGATIVE)
+pub(super) fn not_negative(column: &str, value: f64, unit: &str) -> Result<(), OutOfRange> {
+    let is_right = value >= 0.0 && value.is_finite();
+    check(is_right, column, value, unit, "it must be 0 or above, and finite")
 }
 
-pub(super) fn named(column: &'static str, value: &str) -> Result<(), OutOfRange> {
-    check(!value.is_empty(), column, &"``", "", "it must not be empty")
+pub(super) fn named(column: &str, value: &str) -> Result<(), OutOfRange> {
+    check(!value.is_empty(), column, "``", "", "it must not be empty")
 }
 
 /// The session of a row that does not say it: the first.
@@ -145,7 +127,7 @@ impl Trial for VoidedTrial {
 
     fn check(&self) -> Result<(), OutOfRange> {
         named("subject", &self.subject)?;
-        check(self.row > 0, "row", &self.row, "", "it must be above 0")
+        check(self.row > 0, "row", self.row, "", "it must be above 0")
     }
 }
 

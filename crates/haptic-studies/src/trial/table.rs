@@ -1,46 +1,19 @@
 //! Rows as CSV.
 
-use super::row::{Column, OutOfRange, Trial};
+use super::row::{Column, Trial};
 use csv::DeserializeErrorKind;
 use haptic_motion::text::decoded;
 use std::io::Write;
 
-/// Why a file of trials cannot be used.
+/// Why a file of trials cannot be used, with the line and the column where it is of one.
 #[derive(Debug, thiserror::Error)]
-pub enum TrialError {
-    /// It has no heading.
-    #[error("it is empty: its first line must name the columns")]
-    Empty,
-    /// It is not text.
-    #[error("neither a table of text nor of Parquet")]
-    NotText,
-    /// Required columns are missing: their names, each with that of a column of the same quantity in another unit,
-    /// where there is one.
-    #[error("no column {}", list(.0))]
-    NoColumns(Vec<(&'static str, Option<String>)>),
-    /// A cell is not what its column holds.
-    #[error("line {line}: {column} = `{value}`: {why}")]
-    Cell {
-        /// Line of the file, from 1.
-        line: u64,
-        /// The column's name.
-        column: String,
-        /// The cell.
-        value: String,
-        /// What is wrong with it.
-        why: String,
-    },
-    /// A value is out of its range.
-    #[error("line {line}: {source}")]
-    OutOfRange {
-        /// Line of the file, from 1.
-        line: u64,
-        /// Which, and its range.
-        source: OutOfRange,
-    },
-    /// It is not CSV, or cannot be read or written.
-    #[error(transparent)]
-    Csv(#[from] csv::Error),
+#[error("{0}")]
+pub struct TrialError(String);
+
+impl From<csv::Error> for TrialError {
+    fn from(error: csv::Error) -> Self {
+        Self(error.to_string())
+    }
 }
 
 /// Reads the trials of a file of text. Commas, semicolons or tabs separate its cells; where commas do not, they are
@@ -49,22 +22,26 @@ pub enum TrialError {
 /// # Errors
 /// The file lacks a required column, or has a wrong cell.
 pub fn read<T: Trial>(bytes: &[u8]) -> Result<Vec<T>, TrialError> {
-    let text = decoded(bytes).ok_or(TrialError::NotText)?;
+    let text = text_of(bytes)?;
     let separator = separator(&text);
     let mut reader = reader(&text, separator);
     let header = reader.headers()?.clone();
     if header.iter().all(str::is_empty) {
-        return Err(TrialError::Empty);
+        let why = "it is empty: its first line must name the columns";
+        return Err(TrialError(why.to_owned()));
     }
     let required = T::COLUMNS.iter().filter(|column| column.is_required);
     let missing = required.filter(|column| !header.iter().any(|found| found == column.name));
+    // Each with the column of the same quantity in another unit, where there is one.
     let missing = missing.map(|&Column { name, .. }| {
         let found = header.iter().find(|found| is_other_unit(name, found));
-        (name, found.map(str::to_owned))
+        let unit = name.rsplit('_').next().unwrap_or_default();
+        let found = found.map_or_else(String::new, |found| format!(" (but `{found}`: convert it to {unit})"));
+        format!("`{name}`{found}")
     });
-    let missing: Vec<_> = missing.collect();
+    let missing: Vec<String> = missing.collect();
     if !missing.is_empty() {
-        return Err(TrialError::NoColumns(missing));
+        return Err(TrialError(format!("no column {}", missing.join(", "))));
     }
     let mut trials = Vec::new();
     for record in reader.records() {
@@ -85,7 +62,7 @@ pub fn read<T: Trial>(bytes: &[u8]) -> Result<Vec<T>, TrialError> {
             .map_err(|error| wrong_cell(line, &header, &record, error))?;
         trial
             .check()
-            .map_err(|source| TrialError::OutOfRange { line, source })?;
+            .map_err(|error| TrialError(format!("line {line}: {error}")))?;
         trials.push(trial);
     }
     Ok(trials)
@@ -93,13 +70,18 @@ pub fn read<T: Trial>(bytes: &[u8]) -> Result<Vec<T>, TrialError> {
 
 /// The cells of a file of text, its heading first.
 pub(crate) fn cells(bytes: &[u8]) -> Result<Vec<Vec<String>>, TrialError> {
-    let text = decoded(bytes).ok_or(TrialError::NotText)?;
+    let text = text_of(bytes)?;
     let mut reader = reader(&text, separator(&text));
     let heading = reader.headers()?.clone();
     let rows: Result<Vec<csv::StringRecord>, csv::Error> =
         std::iter::once(Ok(heading)).chain(reader.records()).collect();
     let cells = |row: &csv::StringRecord| row.iter().map(str::to_owned).collect();
     Ok(rows?.iter().map(cells).collect())
+}
+
+fn text_of(bytes: &[u8]) -> Result<String, TrialError> {
+    let none = || TrialError("neither a table of text nor of Parquet".to_owned());
+    decoded(bytes).ok_or_else(none)
 }
 
 /// The names of the columns of a file of text; none where it is none.
@@ -156,34 +138,21 @@ fn is_other_unit(column: &str, found: &str) -> bool {
     rest.is_some_and(|rest| rest.is_empty() || (rest.starts_with('_') && !rest[1..].contains('_')))
 }
 
-fn list(columns: &[(&'static str, Option<String>)]) -> String {
-    let one = |(column, found): &(&str, Option<String>)| {
-        let unit = column.rsplit('_').next().unwrap_or_default();
-        let found = found.as_ref();
-        let found = found.map_or_else(String::new, |found| format!(" (but `{found}`: convert it to {unit})"));
-        format!("`{column}`{found}")
-    };
-    columns.iter().map(one).collect::<Vec<_>>().join(", ")
-}
-
 fn wrong_cell(line: u64, header: &csv::StringRecord, record: &csv::StringRecord, error: csv::Error) -> TrialError {
     let csv::ErrorKind::Deserialize { err, .. } = error.kind() else {
-        return TrialError::Csv(error);
+        return error.into();
     };
     let Some(index) = err.field().and_then(|field| usize::try_from(field).ok()) else {
-        return TrialError::Csv(error);
+        return error.into();
     };
-    TrialError::Cell {
-        line,
-        column: header.get(index).unwrap_or_default().to_owned(),
-        value: record.get(index).unwrap_or_default().to_owned(),
-        why: match err.kind() {
-            DeserializeErrorKind::ParseFloat(_) => "it must be a number, as in 0.6".to_owned(),
-            DeserializeErrorKind::ParseBool(_) => "it must be true or false, or 1 or 0".to_owned(),
-            DeserializeErrorKind::ParseInt(_) => "it must be a whole number; counts are not below 0".to_owned(),
-            other => other.to_string(),
-        },
-    }
+    let [column, value] = [header, record].map(|cells| cells.get(index).unwrap_or_default());
+    let why = match err.kind() {
+        DeserializeErrorKind::ParseFloat(_) => "it must be a number, as in 0.6".to_owned(),
+        DeserializeErrorKind::ParseBool(_) => "it must be true or false, or 1 or 0".to_owned(),
+        DeserializeErrorKind::ParseInt(_) => "it must be a whole number; counts are not below 0".to_owned(),
+        other => other.to_string(),
+    };
+    TrialError(format!("line {line}: {column} = `{value}`: {why}"))
 }
 
 /// Writes trials with their header. Numbers are written so that they read back exactly.

@@ -128,11 +128,7 @@ pub(super) fn solve(
     tolerance_n: f64,
 ) -> Simulation {
     let (mut rows, mut events) = (Vec::with_capacity(motion.len()), Vec::new());
-    let first = motion.first().copied().unwrap_or(DeviceSample {
-        t_s: 0.0,
-        position_m: 0.0,
-        velocity_mps: 0.0,
-    });
+    let first = motion.first().copied().unwrap_or_default();
     let equations = Law(law);
     let (mode, z) = mode_at_start(law, start, &first);
     let mut course = Course::new(law, tolerance_n, start.velocity_mps, mode, z);
@@ -166,7 +162,6 @@ pub(super) fn solve(
     Simulation {
         rows,
         events,
-        energy_created_j: 0.0,
-        exhausted_ticks: 0,
+        ..Simulation::default()
     }
 }

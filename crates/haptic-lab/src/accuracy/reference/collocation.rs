@@ -162,11 +162,7 @@ impl Rule {
     pub(super) fn inside<const D: usize>(&self, piece: &Piece<D>, time: f64) -> [f64; D] {
         // The polynomial of the points around, of the same degree, through the nearest nine.
         let share = time / piece.length * POINTS as f64;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "within the points"
-        )]
+        #[expect(clippy::cast_sign_loss, reason = "within the points")]
         let first = (share as usize).saturating_sub(NODES / 2).min(POINTS - NODES);
         let points = first..=first + NODES;
         let mut sum = [0.0; D];

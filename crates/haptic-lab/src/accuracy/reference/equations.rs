@@ -326,9 +326,7 @@ impl Law<'_> {
 /// A power whose whole exponents are smooth through zero.
 fn power(z: f64, exponent: f64) -> f64 {
     if exponent.fract() == 0.0 && exponent < 16.0 {
-        #[expect(clippy::cast_possible_truncation, reason = "small and whole")]
-        let exponent = exponent as i32;
-        z.powi(exponent)
+        z.powi(exponent as i32)
     } else {
         z.max(0.0).powf(exponent)
     }

@@ -61,8 +61,6 @@ pub(super) fn solve(law: &Friction, motion: &[DeviceSample], tolerance_n: f64) -
     }
     Simulation {
         rows,
-        events: Vec::new(),
-        energy_created_j: 0.0,
-        exhausted_ticks: 0,
+        ..Simulation::default()
     }
 }

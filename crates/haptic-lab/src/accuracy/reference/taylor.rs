@@ -258,14 +258,7 @@ pub(super) fn solve(
 ) -> Simulation {
     let block = Block::new(mass, coupling, law);
     let (mut rows, mut events) = (Vec::with_capacity(motion.len()), Vec::new());
-    let Some(first) = motion.first() else {
-        return Simulation {
-            rows,
-            events,
-            energy_created_j: 0.0,
-            exhausted_ticks: 0,
-        };
-    };
+    let first = motion.first().copied().unwrap_or_default();
     let mut state = State {
         x: exact(start.position_m.unwrap_or(first.position_m)),
         w: exact(start.velocity_mps),
@@ -276,7 +269,7 @@ pub(super) fn solve(
         },
         armed: false,
     };
-    let mut last = *first;
+    let mut last = first;
     for sample in motion {
         let elapsed_s = sample.t_s - last.t_s;
         if elapsed_s > 0.0 {
@@ -310,7 +303,6 @@ pub(super) fn solve(
     Simulation {
         rows,
         events,
-        energy_created_j: 0.0,
-        exhausted_ticks: 0,
+        ..Simulation::default()
     }
 }

@@ -7,7 +7,7 @@ use super::problem::{Problem, Slides};
 use super::regression::{Rows, Shape, Unknown};
 use crate::identify::grid::Grid;
 use crate::identify::options::{Directions, Options};
-use crate::identify::result::{Identified, Interval, Refusal};
+use crate::identify::result::{Identified, Interval, Refusal, at_least_zero};
 use crate::robust_fit::Unfit;
 use crate::two_clocks::NoShift;
 use haptic_core::Directional;
@@ -51,9 +51,7 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
             least_m * 1e3
         ));
     }
-    #[expect(clippy::float_cmp, reason = "to the bit")]
-    let never_changes = grid.force_n.iter().all(|force| *force == grid.force_n[0]);
-    if never_changes {
+    if grid.force_n.iter().all(|force| *force == grid.force_n[0]) {
         return Err(format!(
             "the force never changes: it is {:.4} N throughout",
             grid.force_n[0]
@@ -379,9 +377,8 @@ fn report_no_dry_friction(found: &mut Identified, drag: &Drag) -> bool {
 
 /// A force that brakes is never below zero, whatever the noise: neither is its interval.
 pub(super) fn floor_forces(found: &mut Identified) {
-    let floor = |force: Directional| Directional::new(force.positive.max(0.0), force.negative.max(0.0));
-    found.dynamic_force_n = found.dynamic_force_n.map(floor);
-    found.static_force_n = found.static_force_n.map(floor);
+    found.dynamic_force_n = found.dynamic_force_n.map(at_least_zero);
+    found.static_force_n = found.static_force_n.map(at_least_zero);
     for (name, ends) in &mut found.intervals {
         if name.starts_with("dynamic_force_N") || name.starts_with("static_force_N") {
             *ends = ends.map(|end| end.max(0.0));

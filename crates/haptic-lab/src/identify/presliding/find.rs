@@ -199,22 +199,12 @@ impl PreparedRecord {
 
     /// Velocity in the middle of a row, m/s.
     pub(crate) fn speed(&self, row: usize) -> f64 {
-        self.path.speed_mps[self.middle(row)]
-    }
-
-    /// The sample in the middle of a row.
-    pub(crate) fn middle(&self, row: usize) -> usize {
-        self.rows.middle(row)
+        self.path.speed_mps[self.rows.middle(row)]
     }
 
     /// The samples at which the motion turns.
     pub(crate) fn turns(&self) -> Vec<usize> {
         self.path.turns(STEPS_OF_A_TURN * self.path.resolution_m.max(1e-9))
-    }
-
-    /// Root mean square of the acceleration, m/s^2.
-    pub(crate) fn acceleration_rms(&self) -> f64 {
-        self.rows.acceleration_rms()
     }
 
     /// Greatest speed, m/s.

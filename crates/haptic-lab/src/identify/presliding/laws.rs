@@ -283,54 +283,35 @@ mod tests {
     }
 
     #[test]
-    fn dahl_is_the_law_of_the_core() {
+    fn dahl_and_lugre_are_the_laws_of_the_core() {
         let path = path();
-        for exponent in [0.5, 1.0, 1.7] {
-            let law = Dahl {
-                dynamic_force: Directional {
-                    positive: 4.0,
-                    negative: 3.0,
-                },
-                contact_stiffness: 4e4,
-                exponent,
-                viscous: Directional::both(0.0),
-            };
-            let ours = PathLaw::Dahl.along(&[4.0, 3.0, 0.0, 4e4, exponent], &path).friction_n;
-            let theirs = rendered(Friction::Dahl(law), &path);
-            for k in 100..ours.len() {
-                assert!(
-                    (ours[k] - theirs[k]).abs() < 0.02,
-                    "{exponent}: {} {} at {k}",
-                    ours[k],
-                    theirs[k]
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn lugre_is_the_law_of_the_core() {
-        let path = path();
-        let law = Lugre {
-            static_force: Directional {
-                positive: 5.0,
-                negative: 4.5,
-            },
-            dynamic_force: Directional {
-                positive: 4.0,
-                negative: 3.0,
-            },
+        let dynamic_force = Directional::new(4.0, 3.0);
+        let dahl = |exponent| Dahl {
+            dynamic_force,
+            contact_stiffness: 4e4,
+            exponent,
+            viscous: Directional::both(0.0),
+        };
+        let lugre = Lugre {
+            static_force: Directional::new(5.0, 4.5),
+            dynamic_force,
             stribeck_velocity: 2e-3,
             contact_stiffness: 4e4,
             contact_damping: 30.0,
             viscous: Directional::both(0.0),
         };
-        let ours = PathLaw::Lugre
-            .along(&[4.0, 3.0, 0.0, 4e4, 1.25, 1.5, 2e-3, 30.0], &path)
-            .friction_n;
-        let theirs = rendered(Friction::Lugre(law), &path);
-        for k in 100..ours.len() {
-            assert!((ours[k] - theirs[k]).abs() < 0.06, "{} {} at {k}", ours[k], theirs[k]);
+        let values = [4.0, 3.0, 0.0, 4e4, 1.25, 1.5, 2e-3, 30.0];
+        let mut laws = vec![(PathLaw::Lugre, values.to_vec(), Friction::Lugre(lugre), 0.06)];
+        laws.extend([0.5, 1.0, 1.7].map(|exponent| {
+            let values = vec![4.0, 3.0, 0.0, 4e4, exponent];
+            (PathLaw::Dahl, values, Friction::Dahl(dahl(exponent)), 0.02)
+        }));
+        for (law, values, friction, within) in laws {
+            let (ours, theirs) = (law.along(&values, &path).friction_n, rendered(friction, &path));
+            for k in 100..ours.len() {
+                let (ours, theirs) = (ours[k], theirs[k]);
+                assert!((ours - theirs).abs() < within, "{values:?}: {ours} {theirs} at {k}");
+            }
         }
     }
 

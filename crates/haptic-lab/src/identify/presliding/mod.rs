@@ -170,7 +170,8 @@ fn find_on(even: &Even, shift_s: f64, law: PathLaw, options: &Options) -> Result
         ));
     }
     // One way, there is no turn that could show it.
-    if let Some(reason) = refusal::hidden(&prepared, &fit.estimate).filter(|_| !refusal::goes_one_way(&prepared)) {
+    let hidden = refusal::hidden(refusal::MIN_STEPS, &prepared, &fit.estimate);
+    if let Some(reason) = hidden.filter(|_| !refusal::goes_one_way(&prepared)) {
         return Err((
             reason,
             "identify karnopp, or record with an encoder whose step is a tenth of that or finer",

@@ -7,7 +7,7 @@ use super::laws::PathLaw;
 use super::quantity::Quantity;
 
 /// Fewest steps of the encoder by which a surface must give way, or the steps are taken for it.
-const MIN_STEPS: f64 = 3.0;
+pub(super) const MIN_STEPS: f64 = 3.0;
 /// The same for the stiffness, which is off by up to 8 % with fewer, as the steps lie: with five it is within 3 %.
 const MIN_STEPS_FOR_STIFFNESS: f64 = 5.0;
 /// The same for the exponent, which bends the curve between rest and limit: with fewer it is off by up to 10 %.
@@ -57,7 +57,7 @@ pub(crate) fn by_physics(prepared: &PreparedRecord, estimate: &Estimate, assumed
         ),
         (&["exponent"], MIN_STEPS_FOR_EXPONENT),
     ] {
-        if let Some(reason) = hidden_below(fewest, prepared, estimate) {
+        if let Some(reason) = hidden(fewest, prepared, estimate) {
             refused.add(
                 parameters,
                 &reason,
@@ -149,14 +149,9 @@ fn hidden_fall(prepared: &PreparedRecord, estimate: &Estimate) -> Option<String>
     })
 }
 
-/// Why the encoder hides how the surface gives way; `None` where it does not. All of the law leans on that: a fit makes
-/// of the steps what it likes.
-pub(crate) fn hidden(prepared: &PreparedRecord, estimate: &Estimate) -> Option<String> {
-    hidden_below(MIN_STEPS, prepared, estimate)
-}
-
-/// The same for what needs more steps.
-fn hidden_below(fewest_steps: f64, prepared: &PreparedRecord, estimate: &Estimate) -> Option<String> {
+/// Why the encoder hides how the surface gives way, which must be by so many of its steps; `None` where it does not. All
+/// of the law leans on the fewest: a fit makes of the steps what it likes.
+pub(crate) fn hidden(fewest_steps: f64, prepared: &PreparedRecord, estimate: &Estimate) -> Option<String> {
     let step = prepared.path.resolution_m;
     let limit = estimate.values[PathLaw::DYNAMIC].max(estimate.values[PathLaw::DYNAMIC + 1]);
     let deflection = limit / estimate.values[PathLaw::STIFFNESS];
@@ -192,7 +187,7 @@ pub(crate) fn by_interval(
     let share = |most: f64| half > most * middle;
     let (is_too_wide, reason, instead) = match quantity {
         Quantity::Mass => {
-            let inertia = middle * prepared.acceleration_rms();
+            let inertia = middle * prepared.rows.acceleration_rms();
             (
                 share(0.2),
                 format!(

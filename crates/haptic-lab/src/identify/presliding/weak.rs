@@ -68,29 +68,3 @@ impl TestFunctions {
             .collect()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::identify::grid::Even;
-    use crate::identify::options::Record;
-
-    #[test]
-    fn they_give_force_and_acceleration_of_a_parabola() {
-        let t_s: Vec<f64> = (0..1000).map(|k| f64::from(k) * 1e-3).collect();
-        let record = Record {
-            position_m: t_s.iter().map(|t| 7.0 + t - 1.5 * t * t).collect(),
-            force_n: t_s.iter().map(|t| 2.0 + t).collect(),
-            t_s,
-            ..Record::default()
-        };
-        let path = Path::new(&Even::new(&record), 0.0).expect("long enough");
-        let functions = TestFunctions::new(&path, 8);
-        assert!(functions.middles.len() > 100);
-        let forces = functions.of_force(&path.force_n);
-        let mut right = forces.iter().zip(&functions.middles);
-        assert!(right.all(|(force, &middle)| (force - 2.0 - middle as f64 * 1e-3).abs() < 1e-12));
-        let accelerations = functions.of_position(&path.counted_m);
-        assert!(accelerations.iter().all(|a| (a + 3.0).abs() < 1e-6));
-    }
-}

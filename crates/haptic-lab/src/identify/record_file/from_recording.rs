@@ -10,7 +10,10 @@ use haptic_recording::{Mark, Recording, RecordingError};
 pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
     let path = source.path.clone();
     let recording = haptic_recording::read(&source.path).map_err(|error| match error {
-        RecordingError::OtherProgram { .. } => RecordFileError::OtherMcap { path },
+        RecordingError::OtherProgram { .. } => RecordFileError::Unusable(format!(
+            "{}: hapticd did not write this MCAP file; tables of other programs are read from CSV and Parquet",
+            path.display()
+        )),
         source => RecordFileError::Recording { path, source },
     })?;
     take(&recording, source)
@@ -28,14 +31,13 @@ pub(super) fn take(recording: &Recording, source: &Source) -> Result<Loaded, Rec
     let stretch = rows
         .chunk_by(|a, b| !is_block || a.revision == b.revision)
         .max_by_key(|stretch| stretch.len())
-        .ok_or_else(|| RecordFileError::Empty {
-            path: source.path.clone(),
-            reason: if is_block {
+        .ok_or_else(|| {
+            let reason = if is_block {
                 "the rig was never engaged, so that no block was rendered: --moving device reads the rig's own motion"
             } else {
                 "the recording has no rows"
-            }
-            .to_owned(),
+            };
+            RecordFileError::Unusable(format!("{}: {reason}", source.path.display()))
         })?;
     let mut record = record(stretch, is_block);
     if is_block && let Some(coupling) = coupling(recording, stretch[0].revision) {

@@ -18,8 +18,8 @@ mod from_recording;
 use super::options::Record;
 use crate::gaps::in_gaps;
 use crate::motion::{between, places};
+use haptic_motion::Opened;
 use haptic_motion::table::{self, Columns, Quantity, Table, TableError, TableOptions};
-use haptic_motion::{Opened, Place};
 use haptic_recording::Recording;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -84,11 +84,10 @@ pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
     let file = Opened::open(&source.path)?;
     let is_recording = file.is_recording() && source.table.columns == Columns::default();
     let no_meaning = |option, reason| {
-        Err(RecordFileError::NoMeaning {
-            option,
-            path: source.path.clone(),
-            reason,
-        })
+        let path = source.path.display();
+        Err(RecordFileError::Unusable(format!(
+            "{option} has no meaning for {path}: {reason}"
+        )))
     };
     if is_recording && source.force_path.is_some() {
         return no_meaning("--force-file", "a recording of hapticd holds its own forces");
@@ -163,10 +162,11 @@ fn of_tables(source: &Source, file: Opened) -> Result<Loaded, RecordFileError> {
     let mut table = Table::read(&source.path, file, &source.table, &[Position, Velocity])?;
     for (path, table) in [(&source.path, &table), (force_path, &forces)] {
         if let Some(place) = table.second_take {
-            return Err(RecordFileError::SecondTake {
-                path: path.clone(),
-                place,
-            });
+            return Err(RecordFileError::Unusable(format!(
+                "{}, {place}: the clock falls back, as one that was reset or a second take, so that it is not known which \
+                 rows of the other file are of the same time: give each take as a file of its own",
+                path.display()
+            )));
         }
     }
     let (begin, end) = common(&table.t_s, &forces.t_s);
@@ -180,10 +180,11 @@ fn of_tables(source: &Source, file: Opened) -> Result<Loaded, RecordFileError> {
     }
     let (begin, end) = common(&table.t_s, &forces.t_s);
     if end - begin < MIN_COMMON_S {
-        return Err(RecordFileError::Apart {
-            path: source.path.clone(),
-            force_path: force_path.clone(),
-        });
+        return Err(RecordFileError::Unusable(format!(
+            "{} and {} have less than 1 s in common",
+            source.path.display(),
+            force_path.display()
+        )));
     }
     let is_common: Vec<bool> = table.t_s.iter().map(|t| (begin..=end).contains(t)).collect();
     table.retain(&is_common);
@@ -259,50 +260,9 @@ pub enum RecordFileError {
         /// What is wrong with it.
         source: haptic_recording::RecordingError,
     },
-    /// A recording holds nothing of what was asked for.
-    #[error("{}: {reason}", .path.display())]
-    Empty {
-        /// The file.
-        path: PathBuf,
-        /// What is missing.
-        reason: String,
-    },
-    /// Another program wrote it, in a format that is read of hapticd alone.
-    #[error("{}: hapticd did not write this MCAP file; tables of other programs are read from CSV and \
-             Parquet", .path.display())]
-    OtherMcap {
-        /// The file.
-        path: PathBuf,
-    },
-    /// An option has no meaning for this kind of file.
-    #[error("{option} has no meaning for {}: {reason}", .path.display())]
-    NoMeaning {
-        /// The option.
-        option: &'static str,
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        reason: &'static str,
-    },
-    /// The two files have no time in common.
-    #[error("{} and {} have less than 1 s in common", .path.display(), .force_path.display())]
-    Apart {
-        /// The file of positions.
-        path: PathBuf,
-        /// The file of forces.
-        force_path: PathBuf,
-    },
-    /// One of two files holds two takes.
-    #[error(
-        "{}, {place}: the clock falls back, as one that was reset or a second take, so that it is not known which rows \
-         of the other file are of the same time: give each take as a file of its own", .path.display()
-    )]
-    SecondTake {
-        /// The file.
-        path: PathBuf,
-        /// Where the second one begins.
-        place: Place,
-    },
+    /// A file holds nothing of what was asked for, or not in a way that can be read: which, and why.
+    #[error("{0}")]
+    Unusable(String),
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::*;
 use std::path::PathBuf;
 
-fn write(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
+fn write(name: &str, text: impl AsRef<[u8]>) -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join(name);
     std::fs::write(&path, text).expect("written");
@@ -15,6 +15,31 @@ fn read_text(text: &str, change: impl Fn(&mut Source)) -> Result<Loaded, RecordF
     let mut source = Source::new(&path);
     change(&mut source);
     read(&source)
+}
+
+/// The message by which a text is refused.
+fn refused(text: &str, change: impl Fn(&mut Source)) -> String {
+    read_text(text, change).expect_err(text).to_string()
+}
+
+/// Positions of one file and forces of another.
+fn read_two(path: &Path, force_path: PathBuf) -> Result<Loaded, RecordFileError> {
+    read(&Source {
+        force_path: Some(force_path),
+        ..Source::new(path)
+    })
+}
+
+fn named(source: &mut Source, names: [&str; 3]) {
+    let [time, position, force] = names.map(|name| Some(name.to_owned()));
+    let columns = &mut source.table.columns;
+    (columns.time, columns.position, columns.force) = (time, position, force);
+}
+
+#[track_caller]
+fn assert_says(loaded: &Loaded, part: &str) {
+    let mut notes = loaded.notes.iter();
+    assert!(notes.any(|note| note.contains(part)), "{:?}", loaded.notes);
 }
 
 #[test]
@@ -45,9 +70,7 @@ fn a_table_of_any_program_is_read_by_its_names_and_units() {
 #[test]
 fn gains_and_names_say_what_a_column_is() {
     let loaded = read_text("clock,encoder,cell,force\n0,4000,2,9\n0.001,4001,2.5,9\n", |source| {
-        source.table.columns.time = Some("clock".to_owned());
-        source.table.columns.position = Some("encoder".to_owned());
-        source.table.columns.force = Some("cell".to_owned());
+        named(source, ["clock", "encoder", "cell"]);
         source.table.position_gain = Some(-1e-5);
         source.table.force_gain = Some(35.15);
     })
@@ -61,9 +84,7 @@ fn the_unit_in_a_name_counts_unless_a_gain_says_otherwise() {
     let text = "Zeit (ms);Weg [mm];load_kN\n0;4,5;0,002\n1;4,6;0,002\n";
     let read = |position_gain| {
         let loaded = read_text(text, |source| {
-            source.table.columns.time = Some("Zeit (ms)".to_owned());
-            source.table.columns.position = Some("Weg [mm]".to_owned());
-            source.table.columns.force = Some("load_kN".to_owned());
+            named(source, ["Zeit (ms)", "Weg [mm]", "load_kN"]);
             source.table.position_gain = position_gain;
         });
         let Loaded { record, notes, .. } = loaded.expect("a record");
@@ -77,7 +98,7 @@ fn the_unit_in_a_name_counts_unless_a_gain_says_otherwise() {
 }
 
 #[test]
-fn a_bad_file_is_refused_by_line_and_column() {
+fn a_bad_file_or_option_is_refused_by_its_place() {
     for (text, parts) in [
         (
             "a,b\n1,2\n",
@@ -96,26 +117,22 @@ fn a_bad_file_is_refused_by_line_and_column() {
         ("0,1,2\n1,2,3\n", vec!["no heading"]),
         ("", vec!["is empty"]),
     ] {
-        let message = read_text(text, |_| {}).expect_err(text).to_string();
+        let message = refused(text, |_| {});
         for part in parts {
             assert!(message.contains(part), "{message} lacks {part}");
         }
     }
-    let message = read_text("t,x,f\n0,1,2\n", |source| source.table.force_gain = Some(0.0))
-        .expect_err("a gain")
-        .to_string();
+    let message = refused("t,x,f\n0,1,2\n", |source| source.table.force_gain = Some(0.0));
     assert!(message.contains("--force-gain = 0"), "{message}");
+    let message = refused("t,x,f\n0,1,2\n", |source| source.moving = MovingMass::Device);
+    assert!(message.contains("--moving"), "{message}");
 }
 
 #[test]
 fn repeated_times_are_left_out_and_reported() {
     let loaded = read_text("t_s,x,f\n0,1,2\n0,1,2\n1,2,3\n", |_| {}).expect("a record");
     assert_eq!(loaded.record.t_s, [0.0, 1.0]);
-    assert!(
-        loaded.notes.iter().any(|note| note.contains("1 rows repeat")),
-        "{:?}",
-        loaded.notes
-    );
+    assert_says(&loaded, "1 rows repeat");
 }
 
 #[test]
@@ -124,19 +141,13 @@ fn forces_come_from_another_file_with_its_own_rate_and_clock() {
     let forces: String = (0..300)
         .map(|k| format!("{},{}\n", 1000.0 + f64::from(k) * 1e-2, k))
         .collect();
-    let (_one, path) = write("positions.csv", &format!("t,x\n{positions}"));
-    let (_other, force_path) = write("forces.csv", &format!("t,f\n{forces}"));
-    let mut source = Source::new(&path);
-    source.force_path = Some(force_path);
-    let loaded = read(&source).expect("a record");
+    let (_one, path) = write("positions.csv", format!("t,x\n{positions}"));
+    let (_other, force_path) = write("forces.csv", format!("t,f\n{forces}"));
+    let loaded = read_two(&path, force_path).expect("a record");
     let record = &loaded.record;
     assert_eq!(record.t_s.len(), record.force_n.len());
     assert!((record.force_n[1005] - 100.5).abs() < 1e-9, "{}", record.force_n[1005]);
-    assert!(
-        loaded.notes.iter().any(|note| note.contains("no time in common")),
-        "{:?}",
-        loaded.notes
-    );
+    assert_says(&loaded, "no time in common");
 }
 
 /// The path of a file of these rows of 20 s at 1 kHz.
@@ -164,55 +175,35 @@ fn gaps_of_the_forces_are_those_of_one_file() {
     let path = rows_of(folder.path(), "t_s,x", 0..20_000, |k| format!("{},{}", t(k), x(k)));
     let forces = rows_of(folder.path(), "t_s,f", outside(), |k| format!("{},{}", t(k), f(k)));
     let together = read(&Source::new(&one)).expect("a record").record;
-    let two = Source {
-        force_path: Some(forces),
-        ..Source::new(&path)
-    };
-    let apart = read(&two).expect("a record");
+    let apart = read_two(&path, forces).expect("a record");
     assert_eq!(apart.record.t_s, together.t_s);
     assert_eq!(apart.record.position_m, together.position_m);
-    let off = |(a, b): (&f64, &f64)| (a - b).abs();
-    let most = apart
-        .record
-        .force_n
-        .iter()
-        .zip(&together.force_n)
-        .map(off)
-        .fold(0.0, f64::max);
-    assert!(most < 1e-12, "{most} N");
-    let says = |part| apart.notes.iter().any(|note| note.contains(part));
-    assert!(says("4000 rows lie in gaps of"), "{:?}", apart.notes);
+    for (apart_n, together_n) in apart.record.force_n.iter().zip(&together.force_n) {
+        assert!((apart_n - together_n).abs() < 1e-12, "{apart_n} N, {together_n} N");
+    }
+    assert_says(&apart, "4000 rows lie in gaps of");
 }
 
 #[test]
 fn two_takes_are_not_laid_over_another_file() {
     let folder = tempfile::tempdir().expect("a directory");
     let (steady, takes) = (|k: u32| f64::from(k) * 1e-3, |k: u32| f64::from(k % 5000) * 1e-3);
-    let positions = |t: &dyn Fn(u32) -> f64| rows_of(folder.path(), "t_s,x", 0..10_000, |k| format!("{},{k}", t(k)));
-    let forces = |t: &dyn Fn(u32) -> f64| rows_of(folder.path(), "t_s,f", 0..10_000, |k| format!("{},{k}", t(k)));
-    let error = |path: PathBuf, force_path: PathBuf| {
-        let two = Source {
-            force_path: Some(force_path),
-            ..Source::new(&path)
-        };
-        read(&two).expect_err("two takes").to_string()
-    };
-    let of_forces = error(positions(&steady), forces(&takes));
-    assert!(
-        of_forces.contains("t_s,f.csv, line 5002: the clock falls back"),
-        "{of_forces}"
-    );
-    let of_positions = error(positions(&takes), forces(&steady));
-    assert!(
-        of_positions.contains("t_s,x.csv, line 5002: the clock"),
-        "{of_positions}"
-    );
+    type Clock = fn(u32) -> f64;
+    let file = |title, t: Clock| rows_of(folder.path(), title, 0..10_000, |k| format!("{},{k}", t(k)));
+    let cases: [(Clock, Clock, &str); 2] = [
+        (steady, takes, "t_s,f.csv, line 5002: the clock falls back"),
+        (takes, steady, "t_s,x.csv, line 5002: the clock"),
+    ];
+    for (of_positions, of_forces, place) in cases {
+        let (path, force_path) = (file("t_s,x", of_positions), file("t_s,f", of_forces));
+        let error = read_two(&path, force_path).expect_err("two takes").to_string();
+        assert!(error.contains(place), "{error}");
+    }
 }
 
 #[test]
 fn the_columns_of_a_binary_recording_cannot_be_named() {
-    let (_folder, path) = write("r.mcap", "\u{89}MCAP0\r\n");
-    std::fs::write(&path, b"\x89MCAP0\r\n").expect("written");
+    let (_folder, path) = write("r.mcap", b"\x89MCAP0\r\n");
     let mut source = Source::new(&path);
     source.table.columns.force = Some("command_force_N".to_owned());
     let message = read(&source).expect_err("no table").to_string();
@@ -228,11 +219,7 @@ fn a_velocity_in_other_units_is_reported() {
         .map(|k| format!("{},{},{},1\n", f64::from(k) * 1e-3, f64::from(k) * 2e-3, 2000.0))
         .collect();
     let loaded = read_text(&format!("t,x,v,f\n{rows}"), |_| {}).expect("a record");
-    assert!(
-        loaded.notes.iter().any(|note| note.contains("1000.0000 times")),
-        "{:?}",
-        loaded.notes
-    );
+    assert_says(&loaded, "1000.0000 times");
 }
 
 #[test]
@@ -262,11 +249,11 @@ fn recording_of_two_axes_is_refused() {
     let (row, y) = (haptic_ipc::Sample::default(), haptic_ipc::SampleY::default());
     writer.rows(&[row], &[y]).expect("written");
     writer.finish().expect("written");
-    let error = read(&Source::new(&path)).map(drop).expect_err("two axes").to_string();
+    let error = read(&Source::new(&path)).expect_err("two axes").to_string();
     assert!(error.contains("plane.csv") && error.contains("two axes"), "{error}");
     let recording = haptic_recording::open_any(&path).and_then(haptic_recording::Reader::into_recording);
-    let error = take(&recording.expect("it reads"), &Source::new(&path)).map(drop);
-    assert!(error.expect_err("two axes").to_string().contains("two axes"));
+    let error = take(&recording.expect("it reads"), &Source::new(&path)).expect_err("two axes");
+    assert!(error.to_string().contains("two axes"));
 }
 
 #[test]
@@ -286,14 +273,6 @@ fn a_unit_that_is_not_known_wants_a_gain() {
     assert!((read(Some(50.0)).expect("a record").record.force_n[0] - 100.0).abs() < 1e-12);
 }
 
-#[test]
-fn options_of_recordings_are_refused_for_a_table() {
-    let message = read_text("t,x,f\n0,1,2\n", |source| source.moving = MovingMass::Device)
-        .expect_err("no recording")
-        .to_string();
-    assert!(message.contains("--moving"), "{message}");
-}
-
 /// A motion in rows of text, with a change of each.
 fn motion(row: impl Fn(usize, f64, f64, f64) -> String) -> String {
     (0..400)
@@ -308,11 +287,7 @@ fn motion(row: impl Fn(usize, f64, f64, f64) -> String) -> String {
 fn foreign_extras_leave_the_motion_unchanged() {
     let plain = motion(|_, t, x, f| format!("{t:.4},{x:.6},{f:.4}\n"));
     let truth = read_text(&format!("t_s,position_m,force_N\n{plain}"), |_| {}).expect("a record");
-    assert!(
-        truth.notes.iter().any(|note| note == "400 rows, 250.00000 Hz, 1.596 s"),
-        "{:?}",
-        truth.notes
-    );
+    assert_says(&truth, "400 rows, 250.00000 Hz, 1.596 s");
     for (what, text) in [
         ("a last row that is torn", format!("t_s,position_m,force_N\n{plain}1.6")),
         (
@@ -345,7 +320,7 @@ fn times_without_a_unit_are_seconds_only_where_they_can_be() {
         let rows = motion(|k, _, x, f| format!("{},{x:.6},{f:.4}\n", 1_700_000_000_000_u64 + 4 * k as u64));
         format!("time{unit},position_m,force_N\n{rows}")
     };
-    let message = read_text(&text(""), |_| {}).expect_err("no unit").to_string();
+    let message = refused(&text(""), |_| {});
     assert!(
         message.contains("--time-unit") && message.contains("4 s apart"),
         "{message}"
@@ -353,8 +328,7 @@ fn times_without_a_unit_are_seconds_only_where_they_can_be() {
     // A colon in another column makes no time of day of the times.
     for (title, cell) in [("timestamp", "2026-05-01 12:00:00.001"), ("remark", "a:b")] {
         let rows = motion(|k, _, x, f| format!("{k},{x:.6},{f:.4},{cell}\n"));
-        let read = read_text(&format!("time,position,force,{title}\n{rows}"), |_| {});
-        let message = read.expect_err("no unit").to_string();
+        let message = refused(&format!("time,position,force,{title}\n{rows}"), |_| {});
         assert!(message.contains("--time-unit"), "{message}");
     }
     for (unit, time_unit_s) in [("_ms", None), ("", Some(1e-3))] {

@@ -25,12 +25,6 @@ impl Found {
         self.halves.push((high - low) / 2.0 / unit);
     }
 
-    fn join(&mut self, other: Self) {
-        self.answered += other.answered;
-        self.held += other.held;
-        self.halves.extend(other.halves);
-    }
-
     /// The median half of an interval, as a share of the truth, or in N s/m.
     #[must_use]
     pub fn median_half(&self) -> Option<f64> {
@@ -64,34 +58,17 @@ impl Coverage {
         let mut whole = Self::default();
         thread::scope(|scope| {
             let work = |worker: usize| {
-                let mut part = Self::default();
-                for seed in seeds.clone().skip(worker).step_by(workers) {
-                    part.identify(kind, conditions, seed);
-                }
-                part
+                let seeds = seeds.clone().skip(worker).step_by(workers);
+                seeds.map(|seed| identified(kind, conditions, seed)).collect::<Vec<_>>()
             };
             let parts: Vec<_> = (0..workers).map(|worker| scope.spawn(move || work(worker))).collect();
             for part in parts {
-                whole.join(part.join().expect("an identification does not panic"));
+                for (found, values) in part.join().expect("an identification does not panic") {
+                    whole.take(&found, &values, conditions.shift_s);
+                }
             }
         });
         whole
-    }
-
-    fn identify(&mut self, kind: Kind, conditions: &Conditions, seed: u64) {
-        let (record, values) = record(kind, conditions, seed);
-        let clocks = if conditions.shift_s == 0.0 {
-            Clocks::One
-        } else {
-            Clocks::Two
-        };
-        let options = Options {
-            clocks,
-            seed,
-            ..Options::new(ModelKind::Karnopp)
-        };
-        let found = identify(&record, &options).expect("the record is whole");
-        self.take(&found, &values, conditions.shift_s);
     }
 
     fn take(&mut self, found: &Identified, values: &Values, shift_s: f64) {
@@ -107,14 +84,22 @@ impl Coverage {
             self.shift.take(interval("shift_s"), shift_s, 1e-3);
         }
     }
+}
 
-    fn join(&mut self, other: Self) {
-        self.records += other.records;
-        self.mass.join(other.mass);
-        self.viscous.join(other.viscous);
-        self.dynamic.join(other.dynamic);
-        self.shift.join(other.shift);
-    }
+/// What is found of a record, and the values behind it.
+fn identified(kind: Kind, conditions: &Conditions, seed: u64) -> (Identified, Values) {
+    let (record, values) = record(kind, conditions, seed);
+    let clocks = if conditions.shift_s == 0.0 {
+        Clocks::One
+    } else {
+        Clocks::Two
+    };
+    let options = Options {
+        clocks,
+        seed,
+        ..Options::new(ModelKind::Karnopp)
+    };
+    (identify(&record, &options).expect("the record is whole"), values)
 }
 
 #[cfg(test)]

@@ -99,7 +99,7 @@ fn of_side(pair: Directional, side: &str) -> f64 {
 }
 
 /// The true value of a parameter, by the name of its interval.
-fn value_in(truth: &Truth, name: &str) -> Option<f64> {
+pub(in crate::identify) fn value_in(truth: &Truth, name: &str) -> Option<f64> {
     let (name, side) = name.split_once('.').unwrap_or((name, ""));
     match (name, truth.friction) {
         ("mass_kg", _) => Some(truth.mass_kg),

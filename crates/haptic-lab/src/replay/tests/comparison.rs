@@ -2,7 +2,6 @@
 
 use super::session::{ReplayedSession, compared, eventful, metadata, metadata_with, reasons};
 use crate::replay::{Comparison, SkipReason, from};
-use haptic_core::Vector;
 use haptic_core::passivity::RigLosses;
 use haptic_core::planar::Plane;
 use haptic_core::servo::{Command, InputWord};
@@ -148,26 +147,6 @@ fn what_follows_from_no_recording_is_refused() {
     early.servo = None;
     let error = Comparison::new(&early).expect_err("without settings").to_string();
     assert!(error.contains("hapticd 0.0.9 did not record"), "{error}");
-}
-
-/// Wherever it begins: before force flows, while a scene ramps or fades, stopped, or unplugged.
-#[test]
-fn recording_begun_at_a_snapshot_is_compared_from_its_first_row() {
-    begun_at_each_snapshot::<f64>();
-    begun_at_each_snapshot::<Plane>();
-}
-
-fn begun_at_each_snapshot<V: Vector>() {
-    let session = eventful::<V>();
-    let mut with_force = 0;
-    for snapshot in 0..session.snapshots.len() {
-        let report = session.replayed_from(snapshot, usize::MAX);
-        assert!(report.is_exact() && report.not_compared == 0, "{snapshot}: {report:?}");
-        with_force += u64::from(report.with_force > 0);
-    }
-    assert!(with_force > 10, "{with_force}");
-    let fades = |mark: &Mark| matches!(mark, Mark::Snapshot { snapshot, .. } if snapshot.fading.is_some());
-    assert!(session.snapshots.iter().any(|(_, mark)| fades(mark)), "a scene fades");
 }
 
 #[test]

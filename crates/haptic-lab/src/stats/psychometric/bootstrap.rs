@@ -63,7 +63,6 @@ pub fn bootstrap(
         drawn.collect()
     });
     let worse = fits.iter().filter(|one| one.deviance >= fit.deviance).count();
-    #[expect(clippy::cast_precision_loss, reason = "a count of draws")]
     let worse_fits = worse as f64 / fits.len() as f64;
     let joined = |[low, high]: [f64; 2], [least, most]: [f64; 2]| [low.min(least), high.max(most)];
     let threshold = joined(percentiles(&fits, |one| one.threshold), threshold);
@@ -91,7 +90,6 @@ pub fn bootstrap_clusters(subjects: &[Vec<Level>], fit: &Psychometric, draws: us
     let fits = fits(fit, draws, seed, |random| {
         joined(subjects.iter().map(|_| &subjects[random.usize(..subjects.len())]))
     });
-    #[expect(clippy::cast_precision_loss, reason = "a count of subjects")]
     let count = subjects.len() as f64;
     let growth = student_t(count - 1.0) / student_t(MANY) * (count / (count - 1.0)).sqrt();
     let wider = |[low, high]: [f64; 2], of: fn(&Psychometric) -> f64, floor: f64| {

@@ -47,7 +47,7 @@ pub fn fit(levels: &[Level]) -> Result<Psychometric, StatsError> {
     // Nothing is gained over the same share at every level.
     const GAIN: f64 = 1e-6;
     if flat_deviance(levels) - found.deviance < GAIN {
-        return Err(StatsError::NoRise);
+        return Err(no_rise());
     }
     let tested = levels.iter().filter(|level| level.trials > 0).map(|level| level.level);
     let (lowest, highest) = (
@@ -55,7 +55,7 @@ pub fn fit(levels: &[Level]) -> Result<Psychometric, StatsError> {
         tested.clone().fold(f64::MIN, f64::max),
     );
     if found.width > 0.5 * WIDTHS[1] * (highest - lowest) {
-        return Err(StatsError::NoRise);
+        return Err(no_rise());
     }
     // Of answers that jump at an outermost level, none were given on its one side: the share at it tells on which side
     // the threshold is. Only what is above the highest level would tell lapses, which are then taken as none.
@@ -64,23 +64,27 @@ pub fn fit(levels: &[Level]) -> Result<Psychometric, StatsError> {
     if found.probability(lowest) >= found.probability(found.threshold) - SAME {
         // With as many errors at large differences as a function may have, lower levels would not help.
         return Err(if found.is_lapse_at_bound() {
-            StatsError::NoRise
+            no_rise()
         } else {
-            StatsError::AtLowestLevel { lowest }
+            let why = format!("the threshold is at the lowest tested level, {lowest}, or below it");
+            StatsError::new(why).with_advice("test lower levels")
         });
     }
     let is_low = is_step && found.probability(highest) <= 0.5 * (GUESS + 1.0) + SAME;
     if is_low || found.threshold >= highest {
-        return Err(StatsError::AtHighestLevel { highest });
+        let why = format!("the threshold is at the highest tested level, {highest}, or above it");
+        return Err(StatsError::new(why).with_advice("test higher levels"));
     }
     let is_within = |level: f64, distance: f64| (level - found.threshold).abs() < distance;
     let is_at_end = is_step && (is_within(lowest, width) || is_within(highest, width));
     if is_at_end || !tested.clone().any(|level| is_within(level, 0.5 * width)) {
         let (below, above): (Vec<f64>, Vec<f64>) = tested.partition(|level| *level <= found.threshold);
-        return Err(StatsError::Jump {
-            below: below.into_iter().fold(lowest, f64::max),
-            above: above.into_iter().fold(highest, f64::min),
-        });
+        let why = format!(
+            "answers jump from about chance to the ceiling between the tested levels {} and {}",
+            below.into_iter().fold(lowest, f64::max),
+            above.into_iter().fold(highest, f64::min)
+        );
+        return Err(StatsError::new(why).with_advice("test levels between them"));
     }
     Ok(found)
 }
@@ -88,11 +92,9 @@ pub fn fit(levels: &[Level]) -> Result<Psychometric, StatsError> {
 fn check(levels: &[Level]) -> Result<(), StatsError> {
     check_finite("level", levels.iter().map(|level| level.level))?;
     if let Some(one) = levels.iter().find(|level| level.correct > level.trials) {
-        return Err(StatsError::ImpossibleCount {
-            level: one.level,
-            trials: one.trials,
-            correct: one.correct,
-        });
+        let Level { level, trials, correct } = one;
+        let why = format!("{correct} of {trials} answers are correct at level {level}");
+        return Err(StatsError::new(why));
     }
     let mut tested: Vec<f64> = levels
         .iter()
@@ -104,10 +106,20 @@ fn check(levels: &[Level]) -> Result<(), StatsError> {
     check_count("levels", tested.len(), MIN_LEVELS)?;
     let trials: u32 = levels.iter().map(|level| level.trials).sum();
     match levels.iter().map(|level| level.correct).sum::<u32>() {
-        0 => Err(StatsError::AllWrong { trials }),
-        correct if correct == trials => Err(StatsError::AllCorrect { trials }),
+        0 => {
+            let why = format!("all {trials} answers are wrong, where guessing gets half of them right");
+            Err(StatsError::new(why).with_advice("check which answer counts as correct"))
+        }
+        correct if correct == trials => {
+            let why = format!("all {trials} answers are correct: the threshold is below every level");
+            Err(StatsError::new(why).with_advice("test smaller differences"))
+        }
         _ => Ok(()),
     }
+}
+
+fn no_rise() -> StatsError {
+    StatsError::new("answers do not get better with the level, so there is no threshold")
 }
 
 /// Deviance of the best constant share that the function can have.

@@ -5,30 +5,23 @@ use super::*;
 
 #[test]
 fn a_break_is_counted_in_whole_seconds() {
-    let (_parent, folder) = a_folder();
-    make(
-        &folder,
-        &small_fitts().replace("rest_every_segments = 9", "rest_every_segments = 1"),
-    );
+    let text = small_fitts().replace("rest_every_segments = 9", "rest_every_segments = 1");
+    let (_parent, folder) = a_study(&text);
     let mut person = Person::new(&folder);
     while !matches!(person.phase(), Phase::Rest { .. }) {
         person.find_target();
         person.click();
     }
-    assert_eq!(person.phase(), Phase::Rest { remaining_s: 60 });
-    person.tick();
-    assert_eq!(person.phase(), Phase::Rest { remaining_s: 60 });
-    person.ticks(999);
-    assert_eq!(person.phase(), Phase::Rest { remaining_s: 59 });
-    person.ticks(59_000);
-    assert_eq!(person.phase(), Phase::Rest { remaining_s: 0 });
+    for (ticks, remaining_s) in [(0, 60), (1, 60), (999, 59), (59_000, 0)] {
+        person.ticks(ticks);
+        assert_eq!(person.phase(), Phase::Rest { remaining_s });
+    }
     person.end();
 }
 
 #[test]
 fn the_screen_of_a_subject_is_described_beside_its_rows() {
-    let (_parent, folder) = a_folder();
-    make(&folder, &small_fitts());
+    let (_parent, folder) = a_study(&small_fitts());
     let mut person = Person::new(&folder);
     while person.phase() != Phase::Done {
         person.find_target();
@@ -44,11 +37,8 @@ fn the_screen_of_a_subject_is_described_beside_its_rows() {
     assert_eq!(variables.len(), FittsTrial::COLUMNS.len());
     let value = |name: &str| {
         let variable = variables.iter().find(|variable| variable["name"] == name).expect(name);
-        assert!(
-            variable["measurementTechnique"]
-                .as_str()
-                .is_some_and(|how| how.contains("sample on the device"))
-        );
+        let how = variable["measurementTechnique"].as_str().expect("a text");
+        assert!(how.contains("sample on the device"), "{how}");
         variable["value"].as_f64()
     };
     assert_eq!(value("cursor_latency_s"), Some(0.02));
@@ -58,8 +48,7 @@ fn the_screen_of_a_subject_is_described_beside_its_rows() {
 
 #[test]
 fn earlier_version_rows_continue_and_unknown_column_is_refused() {
-    let (_parent, folder) = a_folder();
-    make(&folder, &small_fitts());
+    let (_parent, folder) = a_study(&small_fitts());
     let click = |times: usize| {
         let mut person = Person::new(&folder);
         for _ in 0..times {
@@ -79,9 +68,7 @@ fn earlier_version_rows_continue_and_unknown_column_is_refused() {
     let text = std::fs::read_to_string(&path).expect("rows");
     assert!(text.starts_with(&whole) && text.lines().count() == 3, "{text}");
     std::fs::write(&path, text.replace("frame_rate_hz", "mood")).expect("written");
-    let error = PersonSession::open(&folder, "P7", rig())
-        .expect_err("another column")
-        .to_string();
+    let error = refused(&folder, "P7");
     assert!(
         error.contains("_practice.csv: the column `mood` is none of this program's"),
         "{error}"

@@ -4,11 +4,7 @@ use super::*;
 use crate::motion::{between, places};
 
 fn found_on(clocks: Clocks, record: &Record) -> Identified {
-    let options = Options {
-        clocks,
-        ..Options::new(ModelKind::Karnopp)
-    };
-    identify(record, &options).expect("a record")
+    found_with(record, |options| options.clocks = clocks)
 }
 
 #[test]
@@ -27,7 +23,7 @@ fn clocks_that_differ_are_aligned_and_the_shift_reported() {
         );
         let [low, high] = found.intervals["shift_s"];
         assert!(low <= shift_s && shift_s <= high, "{low} to {high}");
-        held(&found, 0.5, &alike(), 0.0, 2.0);
+        held(&found, 0.0, 2.0);
     }
     assert!(found(&truth).shift_s.abs() < 2e-4);
 }
@@ -63,7 +59,7 @@ fn a_clock_that_drifts_is_reported_with_its_shift_and_removed() {
             "{} for {shift_s}",
             found.shift_s
         );
-        held(&found, 0.5, &alike(), 0.0, 2.0);
+        held(&found, 0.0, 2.0);
     }
     assert_eq!(
         found_on(Clocks::Two, &truth).clock_drift_ppm,
@@ -74,7 +70,7 @@ fn a_clock_that_drifts_is_reported_with_its_shift_and_removed() {
     let late = by_another_clock(&truth, 0.1, 0.0);
     let given = found_on(Clocks::Shifted(0.1), &late);
     assert_eq!((given.shift_s, given.clock_drift_ppm), (0.1, None));
-    held(&given, 0.5, &alike(), 0.0, 2.0);
+    held(&given, 0.0, 2.0);
 }
 
 #[test]
