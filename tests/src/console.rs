@@ -252,7 +252,7 @@ impl Reader {
                 fs::write(self.folder.path().join(name), text).map_err(|error| error.to_string())
             }
             Step::Run { lines, code } => lines.iter().try_for_each(|line| self.run(line, code)),
-            Step::Start(line) => self.start(line),
+            Step::Start(line) => self.start(&line),
             Step::Type { program, lines } => self.type_into(&program, &lines),
             Step::Interrupt(program) => self.interrupt(&program),
         }
@@ -299,7 +299,7 @@ impl Reader {
         Ok(())
     }
 
-    fn start(&mut self, line: ConsoleLine) -> Result<(), String> {
+    fn start(&mut self, line: &ConsoleLine) -> Result<(), String> {
         let path = self.folder.path().join(format!(".screen-{}", self.running.len()));
         let screen = File::create(&path).expect("it can be written");
         let child = self

@@ -21,7 +21,7 @@ fn line_of_exactly_the_limit_is_served_and_no_longer_one() {
     let daemon = Daemon::start(&[]);
     let mut raw = daemon.raw();
     let request = r#"{"id":1,"op":"get"}"#;
-    let fits = format!("{request:MAX_LINE_BYTES$}");
+    let fits = format!("{request}{}", " ".repeat(MAX_LINE_BYTES - request.len()));
     assert_eq!(raw.ask(&fits)["id"], 1);
     for longer in [format!("{fits} "), " ".repeat(10 * MAX_LINE_BYTES)] {
         let answer = raw.ask(&longer);

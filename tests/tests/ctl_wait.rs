@@ -34,6 +34,8 @@ fn a_wait_ends_with_what_it_waits_for_or_why_it_cannot() {
     let moving = waiting(&daemon, &mut client, "device_velocity_mps!=0 and state=engaged");
     let stopped = waiting(&daemon, &mut client, "state=stopped");
     let pulled = waiting(&daemon, &mut client, "command_force_N>100N");
+    let faulted = waiting(&daemon, &mut client, "state=faulted");
+    let light = waiting(&daemon, &mut client, "mass=0.25");
     daemon.ctl_ok(&["engage"]);
     daemon.ctl_ok(&["set", "mass=1.5"]);
     let (code, printed) = ended(engaged);
@@ -41,11 +43,9 @@ fn a_wait_ends_with_what_it_waits_for_or_why_it_cannot() {
     assert!(printed.contains("state=engaged: engaged, revision"), "{printed}");
     assert_eq!(ended(heavier).0, Some(0));
     assert_eq!(ended(moving).0, Some(0));
-    let idle = waiting(&daemon, &mut client, "state=idle");
-    let light = waiting(&daemon, &mut client, "mass=0.25");
     daemon.ctl_ok(&["stop"]);
     assert_eq!(ended(stopped).0, Some(0), "a stop is what was waited for");
-    for other in [pulled, idle] {
+    for other in [pulled, faulted] {
         let (code, printed) = ended(other);
         assert_eq!(code, Some(6), "{printed}");
         let remedy = format!("--socket {} reset", quoted(daemon.socket()));
@@ -61,6 +61,7 @@ fn a_wait_ends_with_what_it_waits_for_or_why_it_cannot() {
     daemon.ctl_ok(&["set", "mass=0.25"]);
     assert_eq!(ended(light).0, Some(0));
     daemon.ctl_ok(&["reset"]);
+    wait_for(&mut client, "the end of the others", |status| status.clients == 1);
     let engaged = waiting(&daemon, &mut client, "state=engaged");
     let late = ["wait", "--until", "state=engaged", "--timeout", "1s"];
     daemon.ctl_refused(&late, 5, "within 1 s; the rig is idle");
