@@ -51,6 +51,7 @@ fn journal_names_who_changed_and_took_back_what() {
     let sessions: Vec<&str> = by.iter().map(|by| by.session.as_str()).collect();
     assert_eq!(ops(&mut ada), ["set", "set", "undo", "redo"]);
     let (ada, bob) = (ada.hello().session.as_str(), bob.hello().session.as_str());
+    assert_ne!(ada, bob);
     assert_eq!(sessions, [ada, bob, ada, bob]);
     assert!(by.iter().all(|by| by.uid == rustix::process::geteuid().as_raw()));
     assert_eq!(entries[0].tick, first.tick);
