@@ -1,11 +1,10 @@
 //! What the tests of the commissioning share: a rig of somebody's own, and a client that commissions it.
 
 use crate::fake_rig::FakeRig;
-use crate::{Daemon, PATIENCE, binary, ctl, engage, status, stderr, subscribe, until, until_some, wait_for_state};
+use crate::{Daemon, PATIENCE, engage, status, subscribe, until, until_some, wait_for_state};
 use haptic_ipc::{Client, CommissionReply, Event, LeaseReply, Request, RigState, Sample, SceneReply, Topic};
 use serde_json::Value;
 use std::path::Path;
-use std::process::Command;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -28,30 +27,26 @@ pub fn daemon(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
 
 /// A daemon whose state outlives it.
 pub fn daemon_at(rig: &FakeRig, directory: &Path, arguments: &[&str]) -> (Daemon, Client) {
-    let mut command = Command::new(binary("hapticd"));
-    command
-        .args(["--device", &rig.address()])
-        .args(SHORT_RAMP)
-        .arg("--state-dir")
-        .arg(directory.join("state"))
-        .args(arguments);
-    let daemon = Daemon::spawn(command, &directory.join("run/control.sock"));
+    let daemon = Daemon::start_in(directory, &rig.address(), &[&SHORT_RAMP, arguments].concat());
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
     (daemon, client)
 }
 
 /// Runs `haptic-ctl commission` to its end; returns what it printed.
-pub fn commission(socket: &Path, arguments: &[&str]) -> Value {
-    let output = ctl(socket, &[&["--json", "commission", "--yes"], arguments].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
-    serde_json::from_slice(&output.stdout).expect("findings")
+pub fn commission(daemon: &Daemon, arguments: &[&str]) -> Value {
+    daemon.ctl_json(&[&["commission", "--yes"], arguments].concat())
+}
+
+/// Takes a lease.
+pub fn lease(client: &mut Client) {
+    let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
 }
 
 /// A client with a lease that has begun.
 pub fn begun(daemon: &Daemon) -> Client {
     let mut client = daemon.client();
-    let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+    lease(&mut client);
     let _: CommissionReply = client.request(Request::commission(None)).expect("the rig is idle");
     client
 }

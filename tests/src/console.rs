@@ -16,14 +16,15 @@
 //! `<!-- Ctrl-C: NAME -->`, anywhere, ends a program that keeps running. A page is followed in a folder of its own that
 //! looks like a checkout of the repository, with a runtime directory and a home of its own.
 
+use crate::process::{Killed, signal};
 use crate::timed::count_missed;
 use crate::{PATIENCE, be_patient, binary, pause};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use std::fs::{self, File};
 use std::io::Write;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
 /// A command and what it prints.
@@ -33,6 +34,13 @@ pub struct ConsoleLine {
     pub command: String,
     /// Lines that it prints, with wildcards.
     pub prints: Vec<String>,
+}
+
+impl ConsoleLine {
+    fn differs(&self, printed: &str) -> String {
+        let shown = self.prints.join("\n");
+        format!("`{}` is shown with\n{shown}\nand prints\n{printed}", self.command)
+    }
 }
 
 /// What a page asks its reader to do.
@@ -174,29 +182,16 @@ fn is_line_as_shown(shown: &str, printed: &str) -> bool {
     left.ends_with(last)
 }
 
-/// A program that keeps running.
-struct Running {
-    command: String,
-    child: Child,
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // It may have ended already; either way nothing of it stays.
-        drop(self.child.kill());
-        drop(self.child.wait());
-    }
-}
-
 /// A reader who follows a page.
 pub struct Reader {
     folder: tempfile::TempDir,
-    running: Vec<Running>,
+    /// The programs that keep running, each with its command.
+    running: Vec<(String, Killed)>,
 }
 
 impl Reader {
     /// A reader in a new folder.
-    pub fn new() -> Self {
+    pub fn begin() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let root = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("..")
@@ -251,26 +246,13 @@ impl Reader {
         Ok(())
     }
 
-    /// Does all that docs/board.md says, with the board behind a line.
-    ///
-    /// # Errors
-    /// As [`Self::follow`].
-    ///
-    /// # Panics
-    /// As [`Self::follow`].
-    pub fn follow_board(&mut self, line: &Path) -> Result<(), String> {
-        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/board.md");
-        let text = fs::read_to_string(page).map_err(|error| error.to_string())?;
-        self.follow(&text.replace("/dev/ttyUSB0", &line.display().to_string()))
-    }
-
     fn take(&mut self, step: Step) -> Result<(), String> {
         match step {
             Step::Save { name, text } => {
                 fs::write(self.folder.path().join(name), text).map_err(|error| error.to_string())
             }
             Step::Run { lines, code } => lines.iter().try_for_each(|line| self.run(line, code)),
-            Step::Start(line) => self.start(line),
+            Step::Start(line) => self.start(&line),
             Step::Type { program, lines } => self.type_into(&program, &lines),
             Step::Interrupt(program) => self.interrupt(&program),
         }
@@ -306,23 +288,18 @@ impl Reader {
         // A stop that waits for its answer for longer than a moment says so, on a busy machine.
         let is_shown = |line: &&str| !line.contains("no answer yet: if the motor pulls");
         let printed: String = printed.split_inclusive('\n').filter(is_shown).collect();
+        let command = &line.command;
         if output.status.code() != Some(code) {
-            return Err(format!(
-                "`{}` ends with {} instead of {code}:\n{printed}",
-                line.command, output.status
-            ));
+            let status = output.status;
+            return Err(format!("`{command}` ends with {status} instead of {code}:\n{printed}"));
         }
         if !is_as_shown(&line.prints, &printed.lines().collect::<Vec<_>>()) {
-            let shown = line.prints.join("\n");
-            return Err(format!(
-                "`{}` is shown with\n{shown}\nand prints\n{printed}",
-                line.command
-            ));
+            return Err(line.differs(&printed));
         }
         Ok(())
     }
 
-    fn start(&mut self, line: ConsoleLine) -> Result<(), String> {
+    fn start(&mut self, line: &ConsoleLine) -> Result<(), String> {
         let path = self.folder.path().join(format!(".screen-{}", self.running.len()));
         let screen = File::create(&path).expect("it can be written");
         let child = self
@@ -332,29 +309,18 @@ impl Reader {
             .stderr(screen)
             .spawn()
             .expect("bash starts");
-        self.running.push(Running {
-            command: line.command.clone(),
-            child,
-        });
+        self.running.push((line.command.clone(), Killed(child)));
         // Whatever comes after what is shown belongs to later.
-        let mut shown = line.prints;
-        shown.push("...".to_owned());
-        self.wait_for_screen(&path, &shown).map_err(|printed| {
-            format!(
-                "`{}` is shown with\n{}\nand prints\n{printed}",
-                line.command,
-                shown.join("\n")
-            )
-        })
+        let shown = [&line.prints[..], &["...".to_owned()]].concat();
+        self.wait_for_screen(&path, &shown)
+            .map_err(|printed| line.differs(&printed))
     }
 
     fn wait_for_screen(&mut self, path: &PathBuf, shown: &[String]) -> Result<(), String> {
         let began = Instant::now();
         loop {
-            let ended = self
-                .running
-                .last_mut()
-                .is_none_or(|last| last.child.try_wait().is_ok_and(|end| end.is_some()));
+            let last = self.running.last_mut();
+            let ended = last.is_none_or(|(_, last)| last.try_wait().is_ok_and(|end| end.is_some()));
             let printed = fs::read_to_string(path).unwrap_or_default();
             if is_as_shown(shown, &printed.lines().collect::<Vec<_>>()) {
                 return Ok(());
@@ -370,13 +336,13 @@ impl Reader {
     fn running(&mut self, program: &str) -> Result<usize, String> {
         self.running
             .iter()
-            .rposition(|running| running.command.split(' ').next() == Some(program))
+            .rposition(|(command, _)| command.split(' ').next() == Some(program))
             .ok_or_else(|| format!("no {program} runs"))
     }
 
     fn type_into(&mut self, program: &str, lines: &[String]) -> Result<(), String> {
         let place = self.running(program)?;
-        let input = self.running[place].child.stdin.as_mut().expect("it is piped");
+        let input = self.running[place].1.stdin.as_mut().expect("it is piped");
         lines
             .iter()
             .try_for_each(|line| writeln!(input, "{line}"))
@@ -385,14 +351,8 @@ impl Reader {
 
     fn interrupt(&mut self, program: &str) -> Result<(), String> {
         let place = self.running(program)?;
-        let mut ended = self.running.remove(place);
-        kill_process(Pid::from_child(&ended.child), Signal::INT).map_err(|error| error.to_string())?;
-        ended.child.wait().map(drop).map_err(|error| error.to_string())
-    }
-}
-
-impl Default for Reader {
-    fn default() -> Self {
-        Self::new()
+        let (_, mut ended) = self.running.remove(place);
+        signal(ended.id(), Signal::INT);
+        ended.wait().map(drop).map_err(|error| error.to_string())
     }
 }

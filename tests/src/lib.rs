@@ -149,18 +149,22 @@ impl Daemon {
     /// The same, with every check of the device before it is engaged.
     pub fn start_strictly_on(device: &str, arguments: &[&str]) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
-        let socket = directory.path().join("run/control.sock");
+        let mut daemon = Self::start_in(directory.path(), device, arguments);
+        daemon._directory = Some(directory);
+        daemon
+    }
+
+    /// The same in a directory that outlives it, and keeps its scenes and its state.
+    pub fn start_in(directory: &Path, device: &str, arguments: &[&str]) -> Self {
         let mut command = Command::new(binary("hapticd"));
         command
             .args(["--device", device])
             .arg("--scene-dir")
-            .arg(directory.path().join("scenes"))
+            .arg(directory.join("scenes"))
             .arg("--state-dir")
-            .arg(directory.path().join("state"))
+            .arg(directory.join("state"))
             .args(arguments);
-        let mut daemon = Self::spawn(command, &socket);
-        daemon._directory = Some(directory);
-        daemon
+        Self::spawn(command, &directory.join("run/control.sock"))
     }
 
     /// Starts a daemon on a socket.
@@ -261,19 +265,15 @@ impl Daemon {
         is_refused(&format!("{arguments:?}"), &output, code, &[part])
     }
 
+    /// Starts haptic-ctl against the daemon; what it says is piped.
+    pub fn start_ctl(&self, arguments: &[&str]) -> Child {
+        let child = ctl_command(&self.socket, arguments).spawn();
+        child.expect("haptic-ctl starts")
+    }
+
     /// Starts `haptic-ctl record` into a file, with more arguments; what it says is piped.
     pub fn recorder(&self, file: &Path, more: &[&str]) -> Child {
-        Command::new(binary("haptic-ctl"))
-            .arg("record")
-            .arg(file)
-            .args(more)
-            .arg("--socket")
-            .arg(&self.socket)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("haptic-ctl starts")
+        self.start_ctl(&[&["record", plain(file)], more].concat())
     }
 
     /// Sends a signal and waits for the end; returns how it ended and what it still printed.
@@ -314,14 +314,23 @@ impl Drop for Daemon {
     }
 }
 
-/// Runs haptic-ctl against a socket, as a person whose shell knows it: a command that it advises names none.
-pub fn ctl(socket: &Path, arguments: &[&str]) -> Output {
-    Command::new(binary("haptic-ctl"))
+/// haptic-ctl against a socket, as a person has it whose shell knows it: a command that it advises names none. It has
+/// no input, and what it says is piped.
+pub fn ctl_command(socket: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(binary("haptic-ctl"));
+    command
         .env("HAPTICD_SOCKET", socket)
         .args(arguments)
         .stdin(Stdio::null())
-        .output()
-        .expect("haptic-ctl starts")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+/// Runs haptic-ctl against a socket.
+pub fn ctl(socket: &Path, arguments: &[&str]) -> Output {
+    let output = ctl_command(socket, arguments).output();
+    output.expect("haptic-ctl starts")
 }
 
 /// Runs haptic-ctl for something that needs no daemon, which must succeed.
@@ -357,6 +366,15 @@ pub fn is_refused(what: &str, output: &Output, code: i32, parts: &[&str]) -> Str
 /// A path as an argument.
 pub fn plain(path: &Path) -> &str {
     path.to_str().expect("a plain path")
+}
+
+/// All files below a folder, sorted by their paths; none where it is not there.
+pub fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
+    paths.sort();
+    let inner = |path: PathBuf| if path.is_dir() { files(&path) } else { vec![path] };
+    paths.into_iter().flat_map(inner).collect()
 }
 
 /// Bytes that a program printed, as text.

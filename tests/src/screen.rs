@@ -4,10 +4,11 @@
 //! Xvfb keeps its picture in a file (`-fbdir`), in the form of `xwd`, so that nothing else is
 //! needed to look at it.
 
+use crate::process::Killed;
 use crate::{PATIENCE, binary, until};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{fs, thread};
 use x11rb::protocol::xproto::ConnectionExt as _;
@@ -23,14 +24,14 @@ const BETWEEN_LOOKS: Duration = Duration::from_millis(700);
 pub struct Screen {
     /// Width and height, pixels.
     size: (usize, usize),
-    server: Child,
+    _server: Killed,
     display: String,
     directory: tempfile::TempDir,
 }
 
 /// A panel on a screen, or another program there. It is closed when the test ends.
 #[derive(Debug)]
-pub struct Panel(Child);
+pub struct Panel(Killed);
 
 /// What a screen shows: red, green and blue of each pixel, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -82,7 +83,7 @@ impl Screen {
         assert_ne!(display, ":", "Xvfb did not come up");
         let screen = Self {
             size,
-            server,
+            _server: Killed(server),
             display,
             directory,
         };
@@ -104,7 +105,7 @@ impl Screen {
             .env_remove("XDG_CONFIG_HOME")
             .stdin(Stdio::null())
             .spawn();
-        let panel = Panel(panel.expect("haptic-gui starts"));
+        let panel = Panel(Killed(panel.expect("haptic-gui starts")));
         if self.size != SIZE {
             // There is no window manager that would fit it to the screen.
             let (width, height) = (self.size.0.to_string(), self.size.1.to_string());
@@ -122,7 +123,7 @@ impl Screen {
             .stdin(Stdio::null())
             .stderr(Stdio::null())
             .spawn();
-        Panel(openbox.expect("openbox starts (Debian: apt install openbox)"))
+        Panel(Killed(openbox.expect("openbox starts (Debian: apt install openbox)")))
     }
 
     /// Moves the pointer, clicks, types: what `xdotool` takes.
@@ -225,13 +226,6 @@ impl Screen {
     }
 }
 
-impl Drop for Screen {
-    fn drop(&mut self) {
-        drop(self.server.kill());
-        drop(self.server.wait());
-    }
-}
-
 impl Panel {
     /// Time that processors have spent on the threads that it has now, s.
     pub fn processor_time_s(&self) -> f64 {
@@ -242,13 +236,6 @@ impl Panel {
             stat.split_whitespace().next()?.parse().ok()
         };
         threads.flatten().filter_map(of_thread).sum::<f64>() * 1e-9
-    }
-}
-
-impl Drop for Panel {
-    fn drop(&mut self) {
-        drop(self.0.kill());
-        drop(self.0.wait());
     }
 }
 

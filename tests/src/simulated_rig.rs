@@ -1,10 +1,11 @@
 //! The reference firmware on a simulated microcontroller, whose motor pulls a simulated handle:
 //! everything of a rig but the copper.
 
+use crate::process::Killed;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Of the firmware's own watchdog, s; it counts whole milliseconds.
@@ -36,23 +37,28 @@ pub fn firmware_folder() -> PathBuf {
 
 /// Whether there are these programs, each with the Debian packages that bring it; a skip for the first that is missing.
 pub fn has_tools(tools: &[(&str, &str)]) -> bool {
-    are_there(
-        tools
-            .iter()
-            .map(|&(program, packages)| (program, packages, test_run::is_there(program))),
-    )
+    tools
+        .iter()
+        .all(|(program, packages)| is_there(program, packages, test_run::is_there(program)))
 }
 
-/// Whether all is there that is needed: names, their Debian packages, and whether each is there. A skip for the first
-/// that is missing.
-fn are_there<'a>(needs: impl IntoIterator<Item = (&'a str, &'a str, bool)>) -> bool {
-    for (what, packages, is_there) in needs {
-        if !is_there {
-            test_run::skip(what, &format!("Debian: apt install {packages}"));
-            return false;
-        }
+/// Passes on whether something is there, with a skip and its Debian packages where it is not.
+pub fn is_there(what: &str, packages: &str, is_there: bool) -> bool {
+    if !is_there {
+        test_run::skip(what, &format!("Debian: apt install {packages}"));
     }
-    true
+    is_there
+}
+
+/// Makes what the firmware's Makefile calls so, with what it is to know.
+pub fn make(what: &str, known: &[&str]) {
+    let made = Command::new("make")
+        .args(["--silent", what])
+        .args(known)
+        .current_dir(firmware_folder())
+        .status()
+        .expect("make runs");
+    assert!(made.success(), "{what} is made");
 }
 
 /// Times that a firmware's test is run again where it says that its computer stood still.
@@ -104,33 +110,20 @@ fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
     if !test_run::is_long_for("the firmware as machine code on a simulated microcontroller") {
         return None;
     }
-    let needs = [
-        ("avr-gcc", "gcc-avr", test_run::is_there("avr-gcc")),
-        ("make", "make", test_run::is_there("make")),
-        ("cc", "gcc", test_run::is_there("cc")),
-        (
-            "avr-libc",
-            "avr-libc",
-            Path::new("/usr/lib/avr/include/avr/io.h").exists(),
-        ),
-        (
-            "libsimavr",
-            "libsimavr-dev",
-            Path::new("/usr/include/simavr/sim_avr.h").exists(),
-        ),
-        ("libelf", "libelf-dev", Path::new("/usr/include/libelf.h").exists()),
+    let headers = [
+        ("avr-libc", "avr-libc", "/usr/lib/avr/include/avr/io.h"),
+        ("libsimavr", "libsimavr-dev", "/usr/include/simavr/sim_avr.h"),
+        ("libelf", "libelf-dev", "/usr/include/libelf.h"),
     ];
-    if !are_there(needs) {
+    if !has_tools(&[("avr-gcc", "gcc-avr"), ("make", "make"), ("cc", "gcc")])
+        || !headers
+            .iter()
+            .all(|(what, packages, header)| is_there(what, packages, Path::new(header).exists()))
+    {
         return None;
     }
-    let built = Command::new("make")
-        .args(["--silent", "all"])
-        .arg(format!("ENCODER={}", encoder.name()))
-        .arg(format!("BUILD={}", folder.display()))
-        .current_dir(firmware_folder())
-        .status()
-        .expect("make runs");
-    assert!(built.success(), "the firmware and its simulator are built");
+    let encoder_is = format!("ENCODER={}", encoder.name());
+    make("all", &[&encoder_is, &format!("BUILD={}", folder.display())]);
     Some((
         folder.join("simulator"),
         folder.join(encoder.name()).with_extension("elf"),
@@ -140,7 +133,7 @@ fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
 /// A running simulated rig. It ends with the test, and there is one at a time.
 #[derive(Debug)]
 pub struct SimulatedRig {
-    child: Child,
+    _child: Killed,
     orders: ChildStdin,
     answers: BufReader<ChildStdout>,
     line: PathBuf,
@@ -172,7 +165,7 @@ impl SimulatedRig {
         let orders = child.stdin.take().expect("it is piped");
         let answers = BufReader::new(child.stdout.take().expect("it is piped"));
         let mut rig = Self {
-            child,
+            _child: Killed(child),
             orders,
             answers,
             line,
@@ -216,14 +209,6 @@ impl SimulatedRig {
     pub fn live(&mut self, time_s: f64) -> Value {
         let until_s = number(&self.stats(), "/time_s") + time_s;
         self.ask(&format!("until {until_s}"))
-    }
-}
-
-impl Drop for SimulatedRig {
-    fn drop(&mut self) {
-        // It may have ended already; either way nothing of it stays.
-        drop(self.child.kill());
-        drop(self.child.wait());
     }
 }
 

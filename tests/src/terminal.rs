@@ -1,6 +1,7 @@
 //! A program on a terminal of its own, and what somebody in front of it sees.
 
 use crate::PATIENCE;
+use crate::process::Killed;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -9,7 +10,7 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::num::NonZeroU16;
 use std::os::fd::OwnedFd;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::time::Instant;
 
 const ROWS: u16 = 24;
@@ -17,7 +18,7 @@ const COLUMNS: u16 = 80;
 
 /// A terminal of 80 columns and 24 lines with a program on it. The program is killed when the test ends.
 pub struct Terminal {
-    child: Child,
+    child: Killed,
     master: File,
     /// Kept open, so that what the program has set of the terminal can be looked at after its end.
     slave: OwnedFd,
@@ -53,7 +54,7 @@ impl Terminal {
             .expect("the program starts");
         let size = |of| NonZeroU16::new(of).expect("not zero");
         Self {
-            child,
+            child: Killed(child),
             master: master.into(),
             slave,
             screen: vt100::Parser::new(size(ROWS), size(COLUMNS), 0),
@@ -147,13 +148,5 @@ impl Terminal {
         self.screen.process(&bytes[..read]);
         self.written.extend_from_slice(&bytes[..read]);
         read > 0
-    }
-}
-
-impl Drop for Terminal {
-    fn drop(&mut self) {
-        // It may have ended already; either way nothing of it stays.
-        drop(self.child.kill());
-        drop(self.child.wait());
     }
 }

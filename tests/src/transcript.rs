@@ -20,10 +20,10 @@
 //! matches, since how many there are depends on the time.
 
 use crate::schema::{Part, Validator};
-use crate::{Daemon, PATIENCE, Raw, pause, timed};
+use crate::{Daemon, PATIENCE, Raw, files, pause, plain, timed};
 use serde_json::Value;
 use std::collections::{HashMap, VecDeque};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// A line of a conversation.
@@ -61,20 +61,16 @@ impl Transcript {
                     let (name, text) = rest.split_once(' ').unwrap_or((rest, ""));
                     transcript.files.push((name.to_owned(), text.replace("\\n", "\n")));
                 }
-                Some('C') => {
-                    let message = Message::Client(spaces(rest));
+                Some(kind @ ('C' | 'P' | 'S')) => {
+                    let message = match kind {
+                        'C' => Message::Client(spaces(rest)),
+                        'P' => Message::Poll(rest.to_owned()),
+                        _ => match serde_json::from_str(rest) {
+                            Ok(expected) => Message::Server(expected),
+                            Err(error) => panic!("line {number}: {error}: {rest}"),
+                        },
+                    };
                     transcript.lines.push((mark[1..].to_owned(), message, number));
-                }
-                Some('P') => {
-                    let message = Message::Poll(rest.to_owned());
-                    transcript.lines.push((mark[1..].to_owned(), message, number));
-                }
-                Some('S') => {
-                    let expected =
-                        serde_json::from_str(rest).unwrap_or_else(|error| panic!("line {number}: {error}: {rest}"));
-                    transcript
-                        .lines
-                        .push((mark[1..].to_owned(), Message::Server(expected), number));
                 }
                 Some(_) => panic!("line {number} begins with none of # ! F C P S: {line}"),
             }
@@ -85,17 +81,12 @@ impl Transcript {
     /// All transcripts of the repository, with the names of their files.
     pub fn all() -> Vec<(String, Self)> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("transcripts");
-        let mut found: Vec<_> = std::fs::read_dir(folder)
-            .expect("they are in the repository")
-            .map(|entry| {
-                let path = entry.expect("it can be read").path();
-                let text = std::fs::read_to_string(&path).expect("text");
-                let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-                (name, Self::parse(&text))
-            })
-            .collect();
-        found.sort_by(|one, other| one.0.cmp(&other.0));
-        found
+        let read = |path: PathBuf| {
+            let text = std::fs::read_to_string(&path).expect("text");
+            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+            (name, Self::parse(&text))
+        };
+        files(&folder).into_iter().map(read).collect()
     }
 
     /// Holds the conversation with a daemon of its own.
@@ -104,31 +95,20 @@ impl Transcript {
     /// Where it goes otherwise than it did: the line, what was expected, and what came.
     pub fn replay(&self) -> Result<(), String> {
         let directory = tempfile::tempdir().expect("a directory");
-        let (scenes, watch) = (
-            directory.path().join("scenes"),
-            directory.path().join("watch/watch.sock"),
-        );
+        let [scenes, watch] = ["scenes", "watch/watch.sock"].map(|name| directory.path().join(name));
         std::fs::create_dir(&scenes).expect("a directory");
         for (name, text) in &self.files {
             std::fs::write(scenes.join(name), text).expect("it can be written");
         }
-        let state = directory.path().join("state");
-        let mut arguments = vec![
-            "--scene-dir",
-            path(&scenes),
-            "--watch-socket",
-            path(&watch),
-            "--state-dir",
-            path(&state),
-        ];
-        arguments.extend(self.arguments.iter().map(String::as_str));
-        let daemon = Daemon::start_at(&directory.path().join("run/control.sock"), &arguments);
+        let given: Vec<&str> = self.arguments.iter().map(String::as_str).collect();
+        let arguments = [&["--watch-socket", plain(&watch)], &given[..]].concat();
+        let daemon = Daemon::start_in(directory.path(), "fake", &arguments);
         let mut connections: HashMap<&str, Connection> = HashMap::new();
-        let schemas = Schemas::new();
+        let schemas = [Part::Request, Part::Server].map(Validator::of);
         for (name, message, number) in &self.lines {
             let connection = connections.entry(name).or_insert_with(|| {
                 let socket = if name.starts_with('W') { &watch } else { daemon.socket() };
-                Connection::new(Raw::connect(socket))
+                Connection::new(socket)
             });
             match message {
                 Message::Client(line) => connection.ask(line),
@@ -143,38 +123,18 @@ impl Transcript {
     }
 }
 
-fn path(path: &Path) -> &str {
-    path.to_str().expect("a plain path")
-}
-
 /// Writes out `<N spaces>`.
 fn spaces(line: &str) -> String {
-    let Some((before, rest)) = line.split_once('<') else {
-        return line.to_owned();
+    let written_out = || {
+        let (before, rest) = line.split_once('<')?;
+        let (count, after) = rest.split_once(" spaces>")?;
+        Some(format!("{before}{}{after}", " ".repeat(count.parse().ok()?)))
     };
-    match rest.split_once(" spaces>") {
-        Some((count, after)) => match count.parse() {
-            Ok(count) => format!("{before}{}{after}", " ".repeat(count)),
-            Err(_) => line.to_owned(),
-        },
-        None => line.to_owned(),
-    }
+    written_out().unwrap_or_else(|| line.to_owned())
 }
 
-/// The schemas of the messages.
-struct Schemas {
-    request: Option<Validator>,
-    server: Option<Validator>,
-}
-
-impl Schemas {
-    fn new() -> Self {
-        Self {
-            request: Validator::of(Part::Request),
-            server: Validator::of(Part::Server),
-        }
-    }
-}
+/// The schemas of a request and of what the server says.
+type Schemas = [Option<Validator>; 2];
 
 /// Checks a value, where there is a validator.
 fn check(validator: Option<&Validator>, value: &Value) -> Result<(), String> {
@@ -193,9 +153,9 @@ struct Connection {
 }
 
 impl Connection {
-    fn new(raw: Raw) -> Self {
+    fn new(socket: &Path) -> Self {
         Self {
-            raw,
+            raw: Raw::connect(socket),
             asked: VecDeque::new(),
             polled: None,
             events: VecDeque::new(),
@@ -210,7 +170,7 @@ impl Connection {
     /// The next line of the server, which must be of the protocol.
     fn line(&mut self, schemas: &Schemas) -> Result<Value, String> {
         let line = self.raw.line();
-        check(schemas.server.as_ref(), &line)?;
+        check(schemas[1].as_ref(), &line)?;
         Ok(line)
     }
 
@@ -258,7 +218,7 @@ impl Connection {
             return Ok(());
         };
         let request: Value = serde_json::from_str(&asked).map_err(|error| format!("{asked}: {error}"))?;
-        check(schemas.request.as_ref(), &request).map_err(|error| format!("the daemon accepts it: {error}"))?;
+        check(schemas[0].as_ref(), &request).map_err(|error| format!("the daemon accepts it: {error}"))?;
         let op = request["op"].as_str().unwrap_or_default();
         check(Validator::of(Part::Answer(op)).as_ref(), ok).map_err(|error| format!("the answer to {op}: {error}"))
     }
@@ -307,11 +267,14 @@ pub fn matches(expected: &Value, got: &Value, place: &str) -> Result<(), String>
     };
     let kind = |is: bool| if is { Ok(()) } else { differs() };
     match (expected, got) {
-        (Value::String(text), _) if text == "<number>" => kind(got.is_number()),
-        (Value::String(text), _) if text == "<string>" => kind(got.is_string()),
-        (Value::String(text), _) if text == "<boolean>" => kind(got.is_boolean()),
-        (Value::String(text), _) if text == "<list>" => kind(got.is_array()),
-        (Value::String(text), _) if text == "<object>" => kind(got.is_object()),
+        (Value::String(text), _) if text.starts_with('<') => kind(match text.as_str() {
+            "<number>" => got.is_number(),
+            "<string>" => got.is_string(),
+            "<boolean>" => got.is_boolean(),
+            "<list>" => got.is_array(),
+            "<object>" => got.is_object(),
+            _ => expected == got,
+        }),
         (Value::Object(fields), Value::Object(_)) => fields.iter().try_for_each(|(name, value)| {
             let place = format!("{place}/{name}");
             match got.get(name) {
@@ -339,20 +302,21 @@ mod tests {
 
     #[test]
     fn an_answer_has_all_that_is_expected_and_may_have_more() {
-        let before = json!({"id":1,"ok":{"tick":"<number>","state":"idle","list":[1,{"a":2}],"none":[]}});
-        let again = json!({"id":1.0,"ok":{"tick":7,"state":"idle","list":[1,{"a":2.0,"b":1},3],"none":[],"more":1}});
-        matches(&before, &again, "").expect("it has everything");
-        for otherwise in [
-            json!({"id":2,"ok":{"tick":7,"state":"idle","list":[1,{"a":2}],"none":[]}}),
-            json!({"id":1,"ok":{"tick":"7","state":"idle","list":[1,{"a":2}],"none":[]}}),
-            json!({"id":1,"ok":{"tick":7,"state":"engaged","list":[1,{"a":2}],"none":[]}}),
-            json!({"id":1,"ok":{"tick":7,"list":[1,{"a":2}],"none":[]}}),
-            json!({"id":1,"ok":{"tick":7,"state":"idle","list":[1],"none":[]}}),
-            json!({"id":1,"ok":{"tick":7,"state":"idle","list":[1,{"b":2}],"none":[]}}),
-            json!({"id":1,"ok":{"tick":7,"state":"idle","list":[1,{"a":2}],"none":[1]}}),
-            json!({"id":1,"error":{"code":"stopped"}}),
+        let expected = json!({"tick":"<number>","state":"idle","list":[1,{"a":2}],"none":[]});
+        let as_before = json!({"tick":7,"state":"idle","list":[1,{"a":2.0,"b":1},3],"none":[],"more":1});
+        matches(&expected, &as_before, "").expect("it has everything");
+        for (field, otherwise) in [
+            ("tick", json!("7")),
+            ("state", json!("engaged")),
+            ("list", json!([1])),
+            ("list", json!([1, {"b":2}])),
+            ("none", json!([1])),
         ] {
-            matches(&before, &otherwise, "").expect_err(&otherwise.to_string());
+            let mut got = as_before.clone();
+            got[field] = otherwise;
+            matches(&expected, &got, "").expect_err(field);
+            got.as_object_mut().expect("an object").remove(field);
+            matches(&expected, &got, "").expect_err("it is absent");
         }
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use system_tests::console::Reader;
 use system_tests::fake_rig::FakeRig;
 use system_tests::links::{dead_ends, links};
-use system_tests::timed;
+use system_tests::{files, plain, timed};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -16,21 +16,12 @@ fn root() -> PathBuf {
 /// The pages of the book, by their paths in docs/.
 fn pages() -> Vec<String> {
     let docs = root().join("docs");
-    let mut found = Vec::new();
-    let mut folders = vec![docs.clone()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).expect("a folder") {
-            let path = entry.expect("it can be read").path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "md") {
-                let name = path.strip_prefix(&docs).expect("it lies in it");
-                found.push(name.to_str().expect("a plain name").to_owned());
-            }
-        }
-    }
-    found.sort();
-    found
+    let pages = files(&docs)
+        .into_iter()
+        .filter(|file| file.extension().is_some_and(|ending| ending == "md"));
+    pages
+        .map(|page| plain(page.strip_prefix(&docs).expect("it lies in it")).to_owned())
+        .collect()
 }
 
 /// What a page holds, by its path in docs/.
@@ -38,19 +29,57 @@ fn text(page: &str) -> String {
     fs::read_to_string(root().join("docs").join(page)).expect("a page")
 }
 
-/// Follows a page.
-fn follow(page: &str) {
-    if test_run::has(&["bash", "timeout"])
-        && let Err(why) = Reader::new().follow(&text(page))
-    {
-        panic!("docs/{page}, {why}");
+/// Pages, and the programs that they use beside ours.
+const PAGES: [(&str, &[&str]); 11] = [
+    ("how-to/script.md", &["jq"]),
+    ("how-to/python.md", &["python3"]),
+    ("control.md", &["socat", "jq"]),
+    ("how-to/ports.md", &[]),
+    ("how-to/panel.md", &[]),
+    ("how-to/identify.md", &[]),
+    ("how-to/record.md", &[]),
+    ("how-to/service.md", &[]),
+    ("safety.md", &[]),
+    ("speed-vs-error.md", &[]),
+    ("handle.md", &[]),
+];
+
+/// Pages by which a block is felt.
+const FELT: [(&str, &[&str]); 2] = [("tutorial.md", &[]), ("how-to/two-axes.md", &[])];
+
+/// Pages of the long run: a study takes its time, and the fake board of the other switches its motor off after 50 ms
+/// without a command.
+const LONG: [(&str, &[&str]); 2] = [("how-to/study.md", &[]), ("how-to/firmware.md", &["python3"])];
+
+/// Follows pages.
+fn follow<'a>(pages: impl IntoIterator<Item = (&'a str, &'a [&'a str])>) {
+    for (page, programs) in pages {
+        if test_run::has(&[&["bash", "timeout"], programs].concat())
+            && let Err(why) = Reader::begin().follow(&text(page))
+        {
+            panic!("docs/{page}, {why}");
+        }
     }
 }
 
 #[test]
-fn the_tutorial_leads_to_a_felt_block() {
+fn every_page_does_what_it_shows() {
+    follow(PAGES);
+    let all = pages();
+    let explanations = all.iter().filter(|page| page.starts_with("why/"));
+    follow(explanations.map(|page| (page.as_str(), &[][..])));
+}
+
+#[test]
+fn a_reader_comes_to_feel_a_block() {
     let _one = one_of_two();
-    follow("tutorial.md");
+    follow(FELT);
+}
+
+#[test]
+fn a_study_is_run_and_a_firmware_tried() {
+    let _one = one_of_two();
+    timed("a study, and a firmware under force", || follow(LONG));
 }
 
 /// With a fake rig that says what the Hapkit's firmware says.
@@ -60,135 +89,40 @@ fn a_board_leads_to_a_felt_block() {
     // It is commissioned by pulses.
     timed("a board that leads to a felt block", || {
         let rig = FakeRig::start(&[
-            "--firmware-name",
-            "hapkit 0.2 magnet#5a3c01",
-            "--force-limit-n",
-            "5",
-            "--resolution-mm",
-            "0.016116",
-            "--hand",
-            "free",
-            "--mass-kg",
-            "0.2",
-            "--friction-n",
-            "0.3",
+            "--firmware-name=hapkit 0.2 magnet#5a3c01",
+            "--force-limit-n=5",
+            "--resolution-mm=0.016116",
+            "--hand=free",
+            "--mass-kg=0.2",
+            "--friction-n=0.3",
         ]);
+        let page = text("board.md").replace("/dev/ttyUSB0", plain(rig.link()));
         if test_run::has(&["bash", "timeout"])
-            && let Err(why) = Reader::new().follow_board(rig.link())
+            && let Err(why) = Reader::begin().follow(&page)
         {
             panic!("docs/board.md, {why}");
         }
     });
 }
-
-#[test]
-fn a_rig_is_steered_from_a_script() {
-    if test_run::has(&["jq"]) {
-        follow("how-to/script.md");
-    }
-}
-
-#[test]
-fn a_rig_is_steered_from_python() {
-    if test_run::has(&["python3"]) {
-        follow("how-to/python.md");
-    }
-}
-
-#[test]
-fn what_wants_a_port_is_as_it_should_be() {
-    follow("how-to/ports.md");
-}
-
-#[test]
-fn the_panel_is_opened() {
-    follow("how-to/panel.md");
-}
-
-#[test]
-fn a_surface_is_identified_and_compared() {
-    follow("how-to/identify.md");
-}
-
-#[test]
-fn a_study_is_run() {
-    if !test_run::is_long_for("the how-to of studies") {
-        return;
-    }
-    follow("how-to/study.md");
-}
-
-#[test]
-fn a_firmware_is_tried() {
-    let _one = one_of_two();
-    // The page's fake board switches its motor off after 50 ms without a command.
-    timed("a firmware that is tried under force", || {
-        if test_run::has(&["python3"]) {
-            follow("how-to/firmware.md");
-        }
-    });
-}
-
-#[test]
-fn a_plane_is_felt() {
-    let _one = one_of_two();
-    follow("how-to/two-axes.md");
-}
-
-#[test]
-fn recordings_are_made_replayed_and_collected() {
-    follow("how-to/record.md");
-}
-
-#[test]
-fn a_service_serves_many_rigs() {
-    follow("how-to/service.md");
-}
-
-#[test]
-fn the_protocol_is_spoken_by_hand() {
-    if test_run::has(&["socat", "jq"]) {
-        follow("control.md");
-    }
-}
-
-#[test]
-fn what_wants_an_oscilloscope_or_minutes_is_as_it_should_be() {
-    follow("safety.md");
-    follow("speed-vs-error.md");
-}
-
-#[test]
-fn the_explanations_can_be_tried() {
-    for page in pages().iter().filter(|page| page.starts_with("why/")) {
-        follow(page);
-    }
-}
-
-#[test]
-fn the_person_at_the_handle_can_stop_the_rig() {
-    follow("handle.md");
-}
-
 #[test]
 fn every_page_with_commands_is_followed_by_a_test() {
-    let tests = include_str!("book.rs");
+    let followed: Vec<&str> = [&PAGES[..], &FELT, &LONG]
+        .concat()
+        .into_iter()
+        .map(|(page, _)| page)
+        .collect();
     for page in pages() {
-        let text = text(&page);
-        let has_commands = text.lines().any(|line| line.starts_with("```console"));
-        let is_followed =
-            tests.contains(&format!("follow(\"{page}\")")) || page.starts_with("why/") || page == "board.md";
-        assert!(
-            is_followed || !has_commands,
-            "docs/{page}: no test follows its commands"
-        );
-        let shell = text
-            .lines()
-            .find(|line| ["```sh", "```bash", "```shell"].contains(line));
-        assert!(
-            shell.is_none(),
-            "docs/{page}: commands stand in blocks of the kind `console`, so that a test runs them"
-        );
+        let is_followed = followed.contains(&&*page) || page.starts_with("why/") || page == "board.md";
+        for line in text(&page).lines() {
+            assert!(
+                is_followed || !line.starts_with("```console"),
+                "docs/{page}: no test follows its commands"
+            );
+            assert!(
+                !["```sh", "```bash", "```shell"].contains(&line),
+                "docs/{page}: commands stand in blocks of the kind `console`, so that a test runs them"
+            );
+        }
     }
 }
 
@@ -203,21 +137,18 @@ fn every_page_is_in_the_summary_once() {
 
 #[test]
 fn every_link_leads_somewhere() {
-    let mut documents: Vec<PathBuf> = pages().iter().map(|page| root().join("docs").join(page)).collect();
-    documents.extend(
-        [
-            "README.md",
-            "CONTRIBUTING.md",
-            "CHANGELOG.md",
-            "firmware/README.md",
-            "python/README.md",
-            "python/core/README.md",
-        ]
-        .map(|name| root().join(name)),
-    );
+    let others = [
+        "README.md",
+        "CONTRIBUTING.md",
+        "CHANGELOG.md",
+        "firmware/README.md",
+        "python/README.md",
+        "python/core/README.md",
+    ];
+    let pages = pages().into_iter().map(|page| format!("docs/{page}"));
+    let documents = pages.chain(others.map(str::to_owned)).map(|name| root().join(name));
     let found: Vec<String> = documents
-        .iter()
-        .flat_map(|document| dead_ends(document, &fs::read_to_string(document).expect("a document")))
+        .flat_map(|document| dead_ends(&document, &fs::read_to_string(&document).expect("a document")))
         .collect();
     assert!(found.is_empty(), "{}", found.join("\n"));
 }

@@ -8,19 +8,24 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
-use std::time::Instant;
-
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, PATIENCE, binary, drawn, pause};
+use system_tests::{Daemon, binary, drawn, plain, until_some};
 
 fn add(page: &mut String, line: &str) {
     page.push_str(line);
     page.push('\n');
 }
 
-fn row(cells: &[&str]) -> String {
-    let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
-    format!("| {} |", cells.join(" | "))
+/// A table, with the names of its columns.
+fn table<const N: usize>(head: [&str; N], rows: impl IntoIterator<Item = [String; N]>) -> String {
+    let mut table = format!("| {} |\n{}|\n", head.join(" | "), "|---".repeat(N));
+    for row in rows {
+        add(
+            &mut table,
+            &format!("| {} |", row.map(|cell| cell.replace('|', "\\|")).join(" | ")),
+        );
+    }
+    table
 }
 
 /// What a program of the workspace prints for `--help`, as wide as where there is no terminal.
@@ -32,7 +37,12 @@ fn help(program: &str, words: &[&str]) -> String {
         .output()
         .expect("it starts");
     assert!(output.status.success(), "{program} {words:?}");
-    String::from_utf8(output.stdout).expect("text")
+    let help = String::from_utf8(output.stdout).expect("text");
+    // A usage is one line however long.
+    for line in help.lines().filter(|line| !line.starts_with("Usage: ")) {
+        assert!(line.chars().count() <= 80, "{program} {words:?}: {line}");
+    }
+    help
 }
 
 /// The names that a help lists as its commands.
@@ -166,12 +176,12 @@ fn every_subcommand_of_haptic_ctl() {
 
 #[test]
 fn every_usb_board() {
-    let mut page = String::from("| USB identity | board | shared with other devices | source |\n|---|---|---|---|\n");
-    for board in &device_io::usb_boards::BOARDS {
+    let rows = device_io::usb_boards::BOARDS.iter().map(|board| {
         let identity = format!("`{:04x}:{:04x}`", board.vendor, board.product);
         let is_shared = if board.is_shared { "yes" } else { "no" };
-        add(&mut page, &row(&[&identity, board.name, is_shared, board.source]));
-    }
+        [&*identity, board.name, is_shared, board.source].map(str::to_owned)
+    });
+    let page = table(["USB identity", "board", "shared with other devices", "source"], rows);
     drawn::part("reference/usb-boards.md", "USB boards", &page);
 }
 
@@ -180,23 +190,16 @@ fn every_exit_code() {
     let whole = help("haptic-ctl", &[]).replace('\n', " ");
     let (_, rest) = whole.split_once("Exit codes: ").expect("the codes");
     let (list, _) = rest.split_once(". ").expect("their end");
-    let mut page = String::from("| exit code | meaning |\n|---|---|\n");
-    let mut rows: Vec<(String, String)> = Vec::new();
+    let mut rows: Vec<[String; 2]> = Vec::new();
     for part in list.split(", ") {
-        let code = part
-            .split(' ')
-            .next()
-            .filter(|code| code.chars().all(|digit| digit.is_ascii_digit()));
-        match (code, rows.last_mut()) {
-            (Some(code), _) => rows.push((code.to_owned(), part[code.len() + 1..].to_owned())),
-            (None, Some(last)) => last.1 = format!("{}, {part}", last.1),
-            (None, None) => panic!("{part}"),
+        let (code, meaning) = part.split_once(' ').unwrap_or((part, ""));
+        match rows.last_mut() {
+            Some(last) if code.parse::<u8>().is_err() => last[1] = format!("{}, {part}", last[1]),
+            _ => rows.push([code, meaning].map(str::to_owned)),
         }
     }
     assert_eq!(rows.len(), 8, "{rows:?}");
-    for (code, meaning) in rows {
-        add(&mut page, &row(&[&code, &meaning]));
-    }
+    let page = table(["exit code", "meaning"], rows);
     drawn::part("reference/exit-codes.md", "exit codes", &page);
 }
 
@@ -207,69 +210,26 @@ struct Documented {
     text: String,
 }
 
+/// The daemon's options; those of a single letter, help and version, are none.
 fn documented(help: &str) -> Vec<Documented> {
-    let mut found: Vec<Documented> = Vec::new();
-    let (mut is_option, mut is_new_paragraph) = (false, false);
-    for line in help.lines() {
-        let trimmed = line.trim_start();
-        // Options of a single letter, help and version, are no options of the daemon.
-        if line.starts_with("  -") || line.starts_with("      --") {
-            is_option = line.starts_with("      --");
-        }
-        if !is_option || trimmed.is_empty() {
-            is_new_paragraph = true;
-            continue;
-        }
-        if let Some(option) = trimmed.strip_prefix("--").filter(|_| line.starts_with("      --")) {
-            let (name, value) = option.split_once([' ', '[']).unwrap_or((option, ""));
-            found.push(Documented {
-                name: name.to_owned(),
-                value: value.trim_matches(['<', '>', '[', ']']).to_owned(),
-                text: String::new(),
-            });
-        } else if line.starts_with("          ") {
-            let last = found.last_mut().expect("an option above it");
+    let option = |text: &str| {
+        let (line, text) = text.split("\n  -").next()?.split_once('\n')?;
+        let (name, value) = line.split_once([' ', '[']).unwrap_or((line, ""));
+        let lines: Vec<&str> = text.lines().map(str::trim).collect();
+        let mut text = String::new();
+        for paragraph in lines.join("\n").trim().split("\n\n") {
             // A help's first paragraph ends without a point.
-            let ends =
-                is_new_paragraph && !last.text.is_empty() && !last.text.ends_with('.') && !trimmed.starts_with('[');
-            let point = if ends { "." } else { "" };
-            last.text = format!("{}{point} {trimmed}", last.text).trim().to_owned();
+            let ends = text.is_empty() || text.ends_with('.') || paragraph.starts_with('[');
+            let point = if ends { "" } else { "." };
+            text = format!("{text}{point} {}", paragraph.replace('\n', " "));
         }
-        is_new_paragraph = false;
-    }
-    found
-}
-
-/// The units of the daemon's options.
-const UNITS: [&str; 11] = ["Hz", "us", "ms", "N", "N/s", "m/s", "m/s^2", "N s/m", "N/m", "m", "kg"];
-
-/// Takes `, UNIT` out of a text, where it ends a part of a sentence, and returns the unit.
-fn unit(text: &mut String) -> Option<&'static str> {
-    let found = UNITS.iter().find_map(|unit| {
-        let (at, part) = text.match_indices(&format!(", {unit}")).next()?;
-        let rest = &text[at + part.len()..];
-        (rest.is_empty() || rest.starts_with([',', ';'])).then(|| (*unit, at..at + part.len()))
-    });
-    let (unit, place) = found?;
-    text.replace_range(place, "");
-    Some(unit)
-}
-
-/// Takes `from MIN to MAX` out of a text, and returns it.
-fn range(text: &mut String) -> Option<String> {
-    let (at, _) = text
-        .match_indices("from ")
-        .find(|(at, part)| text[at + part.len()..].starts_with(|letter: char| letter.is_ascii_digit()))?;
-    let words: Vec<&str> = text[at..].splitn(5, ' ').collect();
-    let [_, min, "to", max, ..] = words[..] else {
-        return None;
+        Some(Documented {
+            name: name.to_owned(),
+            value: value.trim_matches(['<', '>', '[', ']']).to_owned(),
+            text: text.trim().to_owned(),
+        })
     };
-    let max = max.trim_end_matches([',', ';', ':']);
-    let found = format!("{min} to {max}");
-    let end = at + "from ".len() + found.len();
-    let before = text[..at].trim_end_matches([' ', ',']);
-    *text = format!("{before}{}", &text[end..]);
-    Some(found)
+    help.split("\n      --").skip(1).filter_map(option).collect()
 }
 
 /// Whether an option may stand in the configuration file.
@@ -290,10 +250,10 @@ fn is_field(option: &Documented) -> bool {
 
 /// Takes ` [NAME: ...]` out of a text and returns what stands in it.
 fn bracketed(text: &mut String, name: &str) -> Option<String> {
-    let begin = text.find(&format!("[{name}: "))?;
-    let end = begin + text[begin..].find(']')?;
-    let inner = text[begin + name.len() + 3..end].to_owned();
-    *text = format!("{}{}", text[..begin].trim_end(), &text[end + 1..]);
+    let (before, rest) = text.split_once(&format!(" [{name}: "))?;
+    let (inner, after) = rest.split_once(']')?;
+    let inner = inner.to_owned();
+    *text = format!("{before}{after}");
     Some(inner)
 }
 
@@ -306,26 +266,16 @@ fn every_field_of_the_configuration() {
         let mut text = option.text.clone();
         let default = bracketed(&mut text, "default");
         let default = default.map_or_else(|| "required".to_owned(), |default| format!("default {default}"));
-        let choices = bracketed(&mut text, "possible values");
-        let unit = unit(&mut text);
-        let is_number = unit.is_some() || ["N", "SHARE", "FACTOR"].contains(&option.value.as_str());
-        let range = if is_number { range(&mut text) } else { None };
-        let value = match choices {
+        let value = match bracketed(&mut text, "possible values") {
             Some(_) if option.value == "BOOL" => "boolean".to_owned(),
-            Some(values) => values
-                .split(", ")
-                .map(|value| format!("`\"{value}\"`"))
-                .collect::<Vec<_>>()
-                .join(" "),
-            None if is_number => "number".to_owned(),
+            Some(values) => format!("\"{}\"", values.replace(", ", "\" or \"")),
+            // Named by its unit, which the text has too.
+            None if option.value.len() <= 2 || option.value.contains('/') || option.value == "SHARE" => {
+                "number".to_owned()
+            }
             None => option.value.to_lowercase(),
         };
-        let facts = [&value, unit.unwrap_or_default(), range.as_deref().unwrap_or_default()];
-        let facts: Vec<&str> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
-        add(
-            &mut page,
-            &format!("- `{}` ({}; {default}): {text}", option.name, facts.join(", ")),
-        );
+        add(&mut page, &format!("- `{}` ({value}; {default}): {text}", option.name));
     }
     drawn::part("reference/configuration.md", "fields", &page);
     let mut page = String::new();
@@ -337,42 +287,36 @@ fn every_field_of_the_configuration() {
 
 #[test]
 fn every_law_and_every_parameter() {
-    let mut page = String::from("| law | what it is | its own parameters |\n|---|---|---|\n");
-    for law in LAWS {
+    let rows = LAWS.into_iter().map(|law| {
         let usual = Friction::default_of(law).expect("a law of the list");
         let summary = Friction::summary(law).expect("it has one");
-        let symbols = |on_device: bool| {
-            let mut found: Vec<&str> = Vec::new();
-            for coordinate in usual.vector(on_device) {
-                let symbol = coordinate.key.parameter.info().symbol;
-                if !found.contains(&symbol) {
-                    found.push(symbol);
-                }
+        let mut symbols: Vec<&str> = Vec::new();
+        for coordinate in usual.vector(false) {
+            let symbol = coordinate.key.parameter.info().symbol;
+            if !symbols.contains(&symbol) {
+                symbols.push(symbol);
             }
-            found.join(", ")
-        };
-        add(&mut page, &row(&[&format!("`{law}`"), summary, &symbols(false)]));
-    }
+        }
+        [format!("`{law}`"), summary.to_owned(), symbols.join(", ")]
+    });
+    let page = table(["law", "what it is", "its own parameters"], rows);
     drawn::part("reference/laws.md", "laws", &page);
-    let mut page =
-        String::from("| parameter | symbol | unit | accepted | a larger value feels like |\n|---|---|---|---|---|\n");
-    for info in &TABLE {
+    let rows = TABLE.iter().map(|info| {
         let directions = if info.directional {
             format!("; by direction {0}+ and {0}-", info.symbol)
         } else {
             String::new()
         };
-        add(
-            &mut page,
-            &row(&[
-                &format!("`{}`", info.name),
-                &format!("`{}`", info.symbol),
-                info.unit,
-                &format!("{} to {}{directions}", info.min, info.max),
-                info.feel,
-            ]),
-        );
-    }
+        [
+            format!("`{}`", info.name),
+            format!("`{}`", info.symbol),
+            info.unit.to_owned(),
+            format!("{} to {}{directions}", info.min, info.max),
+            info.feel.to_owned(),
+        ]
+    });
+    let head = ["parameter", "symbol", "unit", "accepted", "a larger value feels like"];
+    let page = table(head, rows);
     drawn::part("reference/laws.md", "parameters", &page);
 }
 
@@ -382,20 +326,12 @@ fn every_metric() {
     let file = folder.path().join("hapticd.prom");
     // A rig behind a link, so that the metrics of the link are among them.
     let rig = FakeRig::start(&["--hand", "free"]);
-    let _daemon = Daemon::start_on(
-        &rig.address(),
-        &["--metrics-file", file.to_str().expect("a plain path")],
-    );
-    let began = Instant::now();
-    let mut written = String::new();
-    while ["hapticd_link_round_trip_seconds ", "hapticd_position_meters "]
-        .iter()
-        .any(|name| !written.contains(name))
-    {
-        assert!(began.elapsed() < PATIENCE, "waited in vain for the link: {written}");
-        pause();
-        written = fs::read_to_string(&file).unwrap_or_default();
-    }
+    let _daemon = Daemon::start_on(&rig.address(), &["--metrics-file", plain(&file)]);
+    let written = until_some("waited in vain for the link", || {
+        let last = ["hapticd_link_round_trip_seconds ", "hapticd_position_meters "];
+        let written = fs::read_to_string(&file).ok()?;
+        last.iter().all(|name| written.contains(name)).then_some(written)
+    });
     let mut page = String::new();
     for line in written.lines() {
         let Some((name, about)) = line.strip_prefix("# HELP ").and_then(|line| line.split_once(' ')) else {
@@ -416,8 +352,7 @@ fn every_metric() {
 
 #[test]
 fn every_fault() {
-    let mut page = String::from("| fault | because | message id |\n|---|---|---|\n");
-    for fault in Fault::KINDS {
+    let rows = Fault::KINDS.into_iter().map(|fault| {
         let code = fault.code();
         let id = Fault::message_id(code).expect("each has one");
         let message = fault.to_string();
@@ -426,7 +361,11 @@ fn every_fault() {
         let because = [" (code", ": its time"]
             .iter()
             .fold(because, |text, cut| text.split(cut).next().unwrap_or(text));
-        add(&mut page, &row(&[&format!("`{code}`"), because, &format!("`{id}`")]));
-    }
-    drawn::part("reference/faults.md", "faults", &page);
+        [format!("`{code}`"), because.to_owned(), format!("`{id}`")]
+    });
+    drawn::part(
+        "reference/faults.md",
+        "faults",
+        &table(["fault", "because", "message id"], rows),
+    );
 }

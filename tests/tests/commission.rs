@@ -3,19 +3,18 @@
 
 use haptic_core::scene::Coupling;
 use haptic_ipc::{
-    ChangeOptions, ChangeReply, Client, CommissionReply, ErrorCode, LeaseReply, LossSource, Request, RigState,
-    SceneRef, SceneReply, StateReply,
+    ChangeReply, Client, CommissionReply, ErrorCode, LeaseReply, LossSource, Request, RigState, SceneRef, SceneReply,
+    StateReply,
 };
 use serde_json::{Value, json};
 use std::path::Path;
-use std::process::Command;
 use system_tests::commissioning::{
     OWN, PUSH_N, Ticks, after_the_pulse, begun, commission, daemon, daemon_at, pulse, renders_the_scene,
 };
 use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
 use system_tests::{
-    Daemon, binary, engage, is_refused, refused, status, stderr, text, timed, wait_for, wait_for_state,
+    Daemon, ctl_command, engage, is_refused, plain, refused, status, stderr, text, timed, wait_for, wait_for_state,
 };
 
 // hazard: H13
@@ -36,14 +35,11 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
         is_refused("engage", &daemon.ctl(&["engage"]), 1, &parts);
         assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
         let problems = status(&mut client).device.engage_refused;
-        assert!(
-            problems
-                .iter()
-                .any(|problem| problem.remedy.contains("haptic-ctl commission")),
-            "{problems:?}"
-        );
-        let doctor = daemon.ctl(&["doctor"]);
-        let checked = text(&doctor.stdout);
+        let is_advised = problems
+            .iter()
+            .any(|problem| problem.remedy.contains("haptic-ctl commission"));
+        assert!(is_advised, "{problems:?}");
+        let checked = text(&daemon.ctl(&["doctor"]).stdout);
         assert!(checked.contains("fail  engage: "), "{checked}");
 
         // A handle that is not in the middle: the first pulses of its friction meet an end, which takes up their
@@ -57,7 +53,7 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
         }
         drop(mover.request::<CommissionReply>(Request::CommissionEnd {}));
         drop(mover.request::<LeaseReply>(Request::Lease { timeout_ms: 0 }));
-        let found = commission(daemon.socket(), &[]);
+        let found = commission(&daemon, &[]);
         println!("{found}");
         let number = |pointer: &str| found.pointer(pointer).and_then(Value::as_f64).expect(pointer);
         assert_eq!(found["sign"], 1);
@@ -77,8 +73,7 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
         if let Some(stiffness) = coupling["stiffness"].as_f64() {
             assert!(stiffness > 100.0 && stiffness < 30_000.0, "{found}");
             let surface = SceneRef::Name("high-stiction".to_owned());
-            let reply: SceneReply = client.request(Request::Get { scene: Some(surface) }).expect("a scene");
-            assert_eq!(json!(reply.scene.coupling), *coupling);
+            assert_eq!(grip(&mut client, Some(surface)), *coupling);
         }
         let friction = status(&mut client).device.rig_friction.expect("it is reported");
         assert_eq!(friction.friction_from, LossSource::Commissioned);
@@ -95,11 +90,10 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
         drop((daemon, client));
         let surface = directory.path().join("surface.toml");
         std::fs::write(&surface, include_str!("../../scenes/high-stiction.toml")).expect("it can be written");
-        let (daemon, mut client) = daemon_at(&rig, directory.path(), &["--scene", &surface.to_string_lossy()]);
+        let (daemon, mut client) = daemon_at(&rig, directory.path(), &["--scene", plain(&surface)]);
         if coupling.is_object() {
             wait_for(&mut client, "the rig's coupling", |status| status.revision == 2);
-            let reply: SceneReply = client.request(Request::Get { scene: None }).expect("a scene");
-            assert_eq!(json!(reply.scene.coupling), *coupling);
+            assert_eq!(grip(&mut client, None), *coupling);
         }
         drop((daemon, client));
         let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
@@ -110,29 +104,19 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
         renders_the_scene(&daemon, &mut client);
 
         // Another rig behind the same path. A scene that leaves its grip to the rig takes it anew.
-        let scene = SceneRef::Name("high-stiction".to_owned());
-        let load = Request::SceneLoad {
-            scene,
-            options: ChangeOptions::default(),
-        };
-        let _: StateReply = client.request(Request::Release {}).expect("it releases");
-        wait_for_state(&mut client, RigState::Idle);
+        let load = Request::load(SceneRef::Name("high-stiction".to_owned()));
         let loaded: ChangeReply = client.request(load).expect("it is loaded");
-        let grip = |client: &mut Client| {
-            let reply: SceneReply = client.request(Request::Get { scene: None }).expect("a scene");
-            json!(reply.scene.coupling)
-        };
         if coupling.is_object() {
-            assert_eq!(grip(&mut client), *coupling);
+            assert_eq!(grip(&mut client, None), *coupling);
         }
         for (other, code, why) in [
             (
-                ["--firmware-name", "mine 1.0", "--resolution-mm", "0.005"],
+                ["--firmware-name=mine 1.0", "--resolution-mm=0.005"],
                 ErrorCode::NotCommissioned,
                 "5.0000 um",
             ),
             (
-                ["--firmware-name", "theirs 2", "--resolution-mm", "0.01"],
+                ["--firmware-name=theirs 2", "--resolution-mm=0.01"],
                 ErrorCode::MaybeAnotherRig,
                 "theirs 2",
             ),
@@ -143,11 +127,17 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
             assert!(error.message.contains(why), "{error} lacks {why}");
             if code == ErrorCode::NotCommissioned && coupling.is_object() {
                 wait_for(&mut client, "another grip", |status| status.revision > loaded.revision);
-                assert_eq!(grip(&mut client), json!(Coupling::CALM));
+                assert_eq!(grip(&mut client, None), json!(Coupling::CALM));
             }
         }
         drop(rig);
     });
+}
+
+/// How firmly a scene grips, or the one that is rendered.
+fn grip(client: &mut Client, scene: Option<SceneRef>) -> Value {
+    let reply: SceneReply = client.request(Request::Get { scene }).expect("a scene");
+    json!(reply.scene.coupling)
 }
 
 /// Another rig in the place of one; it is idle.
@@ -171,14 +161,11 @@ fn board_without_serial_number_is_confirmed_at_each_connection() {
         let rig = FakeRig::start_at(&link, &OWN);
         let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
         let ticks = Ticks::of(&daemon);
-        let unknown = daemon.ctl(&["commission", "--check", "--yes"]);
-        assert_eq!(unknown.status.code(), Some(1));
-        assert!(stderr(&unknown).contains("never commissioned"), "{}", stderr(&unknown));
-        assert!(
-            ticks.come_so_far().iter().all(|row| row.command_force_n == 0.0),
-            "no push"
-        );
-        commission(daemon.socket(), &["--range", "skip"]);
+        let check = ["commission", "--check", "--yes"];
+        daemon.ctl_refused(&check, 1, "never commissioned");
+        let is_pushed = ticks.come_so_far().iter().any(|row| row.command_force_n != 0.0);
+        assert!(!is_pushed, "no push");
+        commission(&daemon, &["--range", "skip"]);
         engage(&mut client);
 
         // Another board, which pulls the other way.
@@ -189,7 +176,7 @@ fn board_without_serial_number_is_confirmed_at_each_connection() {
             assert!(error.message.contains(part), "{error} lacks {part}");
         }
         let ticks = Ticks::of(&daemon);
-        let checked = daemon.ctl(&["commission", "--check", "--yes"]);
+        let checked = daemon.ctl(&check);
         let reason = stderr(&checked);
         assert!(
             !checked.status.success() && reason.contains("the other way"),
@@ -203,7 +190,7 @@ fn board_without_serial_number_is_confirmed_at_each_connection() {
 
         // The first again: a push shows it, or a person says so; each time that it is plugged in.
         let rig = plugged_in(rig, &link, &OWN, &mut client);
-        let printed = daemon.ctl_ok(&["commission", "--check", "--yes"]);
+        let printed = daemon.ctl_ok(&check);
         assert!(printed.contains("moves as it was commissioned"), "{printed}");
         renders_the_scene(&daemon, &mut client);
         let rig = plugged_in(rig, &link, &OWN, &mut client);
@@ -246,9 +233,7 @@ fn a_failed_save_is_reported_and_leaves_the_rig_uncommissioned() {
     // A file stands where the directory should be: not even root can write there.
     let folder = directory.path().join("state");
     std::fs::write(&folder, "").expect("a file");
-    let state = folder.to_str().expect("a plain path");
-    let arguments = ["--hand", "free", "--ramp-ms", "20", "--state-dir", state];
-    let daemon = Daemon::start_at(&directory.path().join("control.sock"), &arguments);
+    let daemon = Daemon::start_in(directory.path(), "fake", &["--hand", "free", "--ramp-ms", "20"]);
     // haptic-ctl finds it before the first pulse.
     daemon.ctl_refused(&["commission", "--yes"], 1, "nothing was moved");
     std::fs::remove_file(&folder).expect("it is ours");
@@ -258,43 +243,32 @@ fn a_failed_save_is_reported_and_leaves_the_rig_uncommissioned() {
         let _: CommissionReply = client.request(pulse(force_n, 100.0)).expect("it is at rest");
         after_the_pulse(&mut client);
     }
-    let error = refused(
-        &mut client,
-        Request::CommissionStore {
-            range_m: None,
-            friction_n: None,
-            mass_kg: None,
-        },
-    );
+    let store = Request::CommissionStore {
+        range_m: None,
+        friction_n: None,
+        mass_kg: None,
+    };
+    let error = refused(&mut client, store);
     assert_eq!(error.code, ErrorCode::StateFile, "{error}");
     assert!(
-        error.message.contains(state) && error.message.contains("--state-dir"),
+        error.message.contains(plain(&folder)) && error.message.contains("--state-dir"),
         "{error}"
     );
-}
-
-fn on_a_terminal(daemon: &Daemon, arguments: &[&str]) -> Terminal {
-    let mut command = Command::new(binary("haptic-ctl"));
-    command
-        .args(["commission", "--socket"])
-        .arg(daemon.socket())
-        .args(arguments);
-    Terminal::start(command)
 }
 
 #[test]
 fn commissioning_asks_before_each_step_and_before_keeping() {
     timed("the questions of a commissioning", || {
-        let start = || FakeRig::start(&[&OWN[..], &["--stops-mm", "5"]].concat());
-        let rig = start();
+        let rig = FakeRig::start(&[&OWN[..], &["--stops-mm", "5"]].concat());
         let directory = tempfile::tempdir().expect("a directory");
         let scene = directory.path().join("mine.toml");
         let text = "coupling = \"rig\"\n[block]\nmass = 0.1\n[friction]\nlaw = \"viscous\"\nviscous = 1.0\n";
         std::fs::write(&scene, text).expect("it can be written");
-        let (daemon, mut client) = daemon(&rig, &["--scene", &scene.to_string_lossy()]);
+        let (daemon, mut client) = daemon(&rig, &["--scene", plain(&scene)]);
         daemon.ctl_refused(&["commission"], 2, "--yes");
 
-        let mut terminal = on_a_terminal(&daemon, &[]);
+        let on_a_terminal = |arguments: &[&str]| Terminal::start(ctl_command(daemon.socket(), arguments));
+        let mut terminal = on_a_terminal(&["commission"]);
         terminal.wait_for("the first question", |shown| shown.contains("1. Direction"));
         assert_eq!(status(&mut client).state, RigState::Idle, "nothing moves before a yes");
         assert!(status(&mut client).commissioning.is_some());
@@ -303,7 +277,7 @@ fn commissioning_asks_before_each_step_and_before_keeping() {
         assert!(terminal.written().contains("Nothing is kept"), "{}", terminal.written());
         wait_for(&mut client, "the end of it", |status| status.commissioning.is_none());
 
-        let mut terminal = on_a_terminal(&daemon, &["--range", "by-hand"]);
+        let mut terminal = on_a_terminal(&["commission", "--range", "by-hand"]);
         for question in [
             "1. Direction",
             "2. Friction",

@@ -1,16 +1,11 @@
 //! The control plane of a running daemon, beside what the transcripts of whole conversations show.
 
-use haptic_ipc::{ChangeReply, Changes, Client, ErrorCode, MAX_LINE_BYTES, Request, SceneReply};
+use haptic_ipc::{ChangeReply, Changes, Client, MAX_LINE_BYTES, Request};
 use serde_json::Value;
-use system_tests::{Daemon, journal, refused, status, wait_for};
+use system_tests::{Daemon, journal, wait_for};
 
 fn set(changes: &[(&str, f64)]) -> Request {
     Request::set(changes.iter().copied().collect::<Changes>())
-}
-
-fn mass(client: &mut Client) -> f64 {
-    let reply: SceneReply = client.request(Request::get()).expect("the scene");
-    reply.params["mass"].positive
 }
 
 fn change(client: &mut Client, request: Request) -> ChangeReply {
@@ -25,20 +20,20 @@ fn ops(client: &mut Client) -> Vec<String> {
 fn line_of_exactly_the_limit_is_served_and_no_longer_one() {
     let daemon = Daemon::start(&[]);
     let mut raw = daemon.raw();
-    let padding = |length: usize| " ".repeat(length);
     let request = r#"{"id":1,"op":"get"}"#;
-    let fits = format!("{request}{}", padding(MAX_LINE_BYTES - request.len()));
+    let fits = format!("{request}{}", " ".repeat(MAX_LINE_BYTES - request.len()));
     assert_eq!(raw.ask(&fits)["id"], 1);
-    let answer = raw.ask(&format!("{fits} "));
-    assert_eq!(
-        (&answer["id"], &answer["error"]["code"]),
-        (&Value::Null, &"line_too_long".into())
-    );
-    assert_eq!(raw.ask(&padding(10 * MAX_LINE_BYTES))["error"]["code"], "line_too_long");
+    for longer in [format!("{fits} "), " ".repeat(10 * MAX_LINE_BYTES)] {
+        let answer = raw.ask(&longer);
+        assert_eq!(
+            (&answer["id"], &answer["error"]["code"]),
+            (&Value::Null, &"line_too_long".into())
+        );
+    }
     // Bytes that are not text are refused like any other line that is not JSON.
     raw.send(b"\xff\xfe\n");
     assert_eq!(raw.line()["error"]["code"], "bad_json");
-    assert_eq!(raw.ask(r#"{"id":4,"op":"get"}"#)["id"], 4);
+    assert_eq!(raw.ask(request)["id"], 1);
 }
 
 #[test]
@@ -48,22 +43,16 @@ fn journal_names_who_changed_and_took_back_what() {
     let first = change(&mut ada, set(&[("M", 1.5), ("Fs+", 5.0)]));
     change(&mut bob, set(&[("M", 2.0)]));
     let undone = change(&mut ada, Request::undo());
-    assert_eq!(
-        (undone.revision, mass(&mut bob)),
-        (4, 1.5),
-        "a step back is a change too"
-    );
-    change(&mut ada, Request::undo());
-    assert_eq!(refused(&mut ada, Request::undo()).code, ErrorCode::NothingToUndo);
+    assert_eq!(undone.revision, 4, "a step back is a change too");
     change(&mut bob, Request::redo());
-    assert_eq!((status(&mut ada).undo_depth, status(&mut ada).redo_depth), (1, 1));
 
     let entries = journal(&mut ada);
-    assert_eq!(ops(&mut ada), ["set", "set", "undo", "undo", "redo"]);
     let by: Vec<_> = entries.iter().filter_map(|entry| entry.by.as_ref()).collect();
     let sessions: Vec<&str> = by.iter().map(|by| by.session.as_str()).collect();
+    assert_eq!(ops(&mut ada), ["set", "set", "undo", "redo"]);
     let (ada, bob) = (ada.hello().session.as_str(), bob.hello().session.as_str());
-    assert_eq!(sessions, [ada, bob, ada, ada, bob]);
+    assert_ne!(ada, bob);
+    assert_eq!(sessions, [ada, bob, ada, bob]);
     assert!(by.iter().all(|by| by.uid == rustix::process::geteuid().as_raw()));
     assert_eq!(entries[0].tick, first.tick);
     let written: Vec<String> = entries[0].changes.iter().map(ToString::to_string).collect();

@@ -1,9 +1,9 @@
 //! What the panel copies as a command of haptic-ctl makes the same change again.
 
-use haptic_ipc::{ChangeOptions, ChangeReply, Client, LogReply, Request, SceneListReply, SceneRef, SceneReply};
+use haptic_ipc::{ChangeOptions, ChangeReply, Client, JournalEntry, Request, SceneListReply, SceneRef, SceneReply};
 use std::path::Path;
 use std::process::Command;
-use system_tests::{Daemon, binary, stderr};
+use system_tests::{Daemon, binary, journal, stderr};
 
 fn set(client: &mut Client, params: &[(&str, f64)], ramp_ms: Option<f64>) {
     let request = Request::Set {
@@ -23,14 +23,9 @@ fn scene(client: &mut Client) -> haptic_core::Scene {
 
 /// The commands of all changes.
 fn copied(client: &mut Client) -> Vec<String> {
-    let log = Request::Log {
-        after: None,
-        limit: None,
-    };
-    let log: LogReply = client.request(log).expect("a journal");
     let library: SceneListReply = client.request(Request::SceneList {}).expect("a library");
-    let commands = log.entries.iter().filter_map(|entry| entry.command(&library.scenes));
-    commands.collect()
+    let commands = |entry: JournalEntry| entry.command(&library.scenes);
+    journal(client).into_iter().filter_map(commands).collect()
 }
 
 /// Runs a command as a shell does.
@@ -53,10 +48,7 @@ fn copied_commands_lead_another_daemon_to_the_same_scene() {
     let (first, second) = (Daemon::start(&[]), Daemon::start(&[]));
     let (mut client, mut other) = (first.client(), second.client());
     let begin = scene(&mut other);
-    let load = Request::SceneLoad {
-        scene: SceneRef::Name("high-stiction".to_owned()),
-        options: ChangeOptions::default(),
-    };
+    let load = Request::load(SceneRef::Name("high-stiction".to_owned()));
     client.request::<ChangeReply>(load).expect("loaded");
     set(&mut client, &[("mass", 1.25)], Some(20.0));
     set(&mut client, &[("Fs+", 5.5), ("Fs-", 4.25)], None);

@@ -1,10 +1,9 @@
 //! haptic-ctl as people and scripts use it: every subcommand, its names in JSON, its refusals and their exit codes.
 
+use rustix::process::Signal;
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
-use std::path::Path;
-use std::process::{Command, Stdio};
-use system_tests::{Daemon, binary, ctl, ctl_offline_refused, is_refused, stderr, text};
+use system_tests::{Daemon, ctl_offline, ctl_offline_json, ctl_offline_refused, is_refused, process, stderr, text};
 
 /// Each with what it shows to people, and the names in JSON that scripts may rely on. What is not listed here may be
 /// absent.
@@ -147,61 +146,48 @@ fn refusals_name_what_was_typed_and_what_was_meant() {
 
 #[test]
 fn devices_are_listed_without_a_daemon() {
-    let nowhere = Path::new("/nonexistent/control.sock");
-    let listed = ctl(nowhere, &["devices", "--json"]);
-    assert!(listed.status.success(), "{}", stderr(&listed));
-    let listed: haptic_ipc::DevicesReply = serde_json::from_slice(&listed.stdout).expect("a list");
-    let people = ctl(nowhere, &["devices"]);
+    let listed: haptic_ipc::DevicesReply =
+        serde_json::from_value(ctl_offline_json(&["devices"])).expect("a list of devices");
+    let people = text(&ctl_offline(&["devices"]).stdout);
     for device in &listed.devices {
-        assert!(text(&people.stdout).contains(&device.address), "{people:?}");
+        assert!(people.contains(&device.address), "{people}");
     }
     // Only a daemon opens one.
-    let probed = ctl(nowhere, &["devices", "--probe", "serial:/dev/ttyACM0"]);
-    assert_eq!(probed.status.code(), Some(3), "{probed:?}");
+    ctl_offline_refused(&["devices", "--probe", "serial:/dev/ttyACM0"], 3, &[]);
 }
 
 #[test]
 fn interrupted_events_exit_130_and_closed_pipe_ends_quietly() {
     let daemon = Daemon::start(&[]);
-    let mut events = Command::new(binary("haptic-ctl"))
-        .arg("--socket")
-        .arg(daemon.socket())
-        .args(["log", "--follow", "samples", "--rate", "all", "--json"])
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("haptic-ctl starts");
+    let follow = ["log", "--follow", "samples", "--rate", "all", "--json"];
+    let mut events = daemon.start_ctl(&follow);
     let mut lines = BufReader::new(events.stdout.take().expect("it is piped")).lines();
     let mut last = None;
     for _ in 0..500 {
         let line = lines.next().expect("another sample").expect("text");
-        let sample: serde_json::Value = serde_json::from_str(&line).expect("an object a line");
+        let sample: Value = serde_json::from_str(&line).expect("an object a line");
         let tick = sample["tick"].as_u64().expect("a tick");
         assert!(last.is_none_or(|last| tick == last + 1), "{tick} after {last:?}");
         last = Some(tick);
     }
-    system_tests::process::signal(events.id(), rustix::process::Signal::INT);
+    process::signal(events.id(), Signal::INT);
     assert!(lines.by_ref().all(|line| line.is_ok()));
     assert_eq!(events.wait().expect("it ends").code(), Some(130));
 
-    let mut events = Command::new(binary("haptic-ctl"))
-        .arg("--socket")
-        .arg(daemon.socket())
-        .args(["log", "--follow", "samples", "--rate", "all"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("haptic-ctl starts");
-    let mut reader = BufReader::new(events.stdout.take().expect("it is piped"));
-    reader.read_line(&mut String::new()).expect("a header");
-    drop(reader);
-    let output = events.wait_with_output().expect("it ends");
-    assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()));
+    for arguments in [&follow[..5], &["record", "-"]] {
+        let mut program = daemon.start_ctl(arguments);
+        let mut reader = BufReader::new(program.stdout.take().expect("it is piped"));
+        reader.read_line(&mut String::new()).expect("its beginning");
+        drop(reader);
+        let output = program.wait_with_output().expect("it ends");
+        assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()));
+    }
 }
 
 #[test]
 fn every_code_and_exit_code_of_its_own_is_documented() {
     let page = include_str!("../../docs/reference/exit-codes.md");
-    let help = text(&ctl(Path::new("/nonexistent"), &["--help"]).stdout).replace('\n', " ");
+    let help = text(&ctl_offline(&["--help"]).stdout).replace('\n', " ");
     for code in
         "usage no_daemon no_permission no_answer timed_out halted other_version bad_answer bad_rig bad_recording \
          not_comparable no_device cannot_write"

@@ -14,15 +14,21 @@ use system_tests::{Daemon, binary, copy_binary, is_refused, status, stderr, text
 /// Generous: on a busy machine the program itself takes its time to start.
 const SOON: Duration = Duration::from_secs(15);
 
-/// Runs haptic-ctl as somebody whose rigs lie in a directory.
-fn ctl(rigs: &Path, arguments: &[&str]) -> Output {
-    Command::new(binary("haptic-ctl"))
-        .args(arguments)
+/// haptic-ctl as somebody has it whose rigs lie in a directory.
+fn ctl_at(program: &Path, rigs: &Path, line: &str) -> Command {
+    let mut command = Command::new(program);
+    command
+        .args(line.split(' '))
         .env("XDG_RUNTIME_DIR", rigs)
         .env("HOME", rigs)
-        .env_remove("HAPTICD_SOCKET")
-        .output()
-        .expect("haptic-ctl starts")
+        .env_remove("HAPTICD_SOCKET");
+    command
+}
+
+/// Runs it.
+fn ctl(rigs: &Path, line: &str) -> Output {
+    let output = ctl_at(&binary("haptic-ctl"), rigs, line).output();
+    output.expect("haptic-ctl starts")
 }
 
 fn socket_of(rigs: &Path, service: &str) -> PathBuf {
@@ -51,16 +57,16 @@ fn all_option_lists_every_rig_without_waiting_for_dead_ones() {
     drop(UnixListener::bind(socket_of(rigs, "hapticd@dead")).expect("a socket"));
     // Connects, and nobody ever greets.
     let _hung = UnixListener::bind(socket_of(rigs, "hapticd@hung")).expect("a socket");
+    // The first that fails is dead.
+    let asked = |line: &str| {
+        let began = Instant::now();
+        let output = ctl(rigs, line);
+        assert!(began.elapsed() < SOON, "{:?}", began.elapsed());
+        assert_eq!(output.status.code(), Some(3), "{output:?}");
+        output
+    };
 
-    let began = Instant::now();
-    let output = ctl(rigs, &["--all", "status"]);
-    assert!(began.elapsed() < SOON, "{:?}", began.elapsed());
-    assert_eq!(
-        output.status.code(),
-        Some(3),
-        "the first that fails is dead: {output:?}"
-    );
-    let shown = String::from_utf8(output.stdout).expect("text");
+    let shown = text(&asked("--all status").stdout);
     let shown = lines(&shown, &["dead", "hapticd", "hung", "left"]);
     assert_eq!(shown.len(), 4, "{shown:?}");
     for (line, parts) in shown.iter().zip([
@@ -74,46 +80,42 @@ fn all_option_lists_every_rig_without_waiting_for_dead_ones() {
         }
     }
 
-    let output = ctl(rigs, &["--json", "--all", "status"]);
-    let answers: Vec<Value> = serde_json::from_slice(&output.stdout).expect("a list");
-    let of = |rig: &str| {
+    let answers: Vec<Value> = serde_json::from_slice(&asked("--json --all status").stdout).expect("a list");
+    for (rig, state, error) in [
+        ("left", "engaged".into(), Value::Null),
+        ("hapticd", "idle".into(), Value::Null),
+        ("dead", Value::Null, "no_daemon".into()),
+        ("hung", Value::Null, "no_answer".into()),
+    ] {
         let found = answers.iter().find(|answer| answer["rig"] == rig);
         let found = found.unwrap_or_else(|| panic!("{rig} is not in {answers:?}"));
-        (found["status"]["state"].clone(), found["error"]["code"].clone())
-    };
-    assert_eq!(of("left"), ("engaged".into(), Value::Null));
-    assert_eq!(of("hapticd"), ("idle".into(), Value::Null));
-    assert_eq!(of("dead"), (Value::Null, "no_daemon".into()));
-    assert_eq!(of("hung"), (Value::Null, "no_answer".into()));
-
-    let began = Instant::now();
-    let output = ctl(rigs, &["--all", "stop"]);
-    assert!(began.elapsed() < SOON, "{:?}", began.elapsed());
-    assert_eq!(output.status.code(), Some(3), "{output:?}");
-    let shown = String::from_utf8(output.stdout).expect("text");
-    for line in lines(&shown, &["hapticd", "left"]) {
-        assert!(line.contains("stopped at tick"), "{line}");
+        assert_eq!((&found["status"]["state"], &found["error"]["code"]), (&state, &error));
     }
-    for line in lines(&shown, &["dead", "hung"]) {
-        assert!(line.contains("if the motor pulls, cut its power"), "{line}");
+
+    let output = asked("--all stop");
+    let shown = text(&output.stdout);
+    for (rigs, says) in [
+        (["hapticd", "left"], "stopped at tick"),
+        (["dead", "hung"], "if the motor pulls, cut its power"),
+    ] {
+        for line in lines(&shown, &rigs) {
+            assert!(line.contains(says), "{line}");
+        }
     }
     for daemon in [&one, &left] {
         assert_eq!(status(&mut daemon.client()).state, RigState::Stopped);
     }
-    let warned = String::from_utf8(output.stderr).expect("text");
+    let warned = stderr(&output);
     assert!(warned.contains("hung: no answer yet: if the motor pulls"), "{warned}");
 
-    for (arguments, part) in [
-        (
-            &["--all", "engage"][..],
-            "--all goes with `status`, `stop` and `doctor` alone",
-        ),
-        (&["--all", "--rig", "left", "status"], "--rig"),
+    for (line, part) in [
+        ("--all engage", "--all goes with `status`, `stop` and `doctor` alone"),
+        ("--all --rig left status", "--rig"),
     ] {
-        is_refused(part, &ctl(rigs, arguments), 2, &[part]);
+        is_refused(line, &ctl(rigs, line), 2, &[part]);
     }
     let nobody = tempfile::tempdir().expect("a directory");
-    let alone = ctl(nobody.path(), &["--all", "status"]);
+    let alone = ctl(nobody.path(), "--all status");
     is_refused("no rig", &alone, 3, &["there is no socket of a rig"]);
 }
 
@@ -163,8 +165,7 @@ fn a_stop_reaches_every_rig_whatever_else_is_on_its_line() {
         ("--rig left stop", 0, [Engaged, Stopped], &*left),
         ("stop --rig=left --json", 0, [Engaged, Stopped], "\"state\":\"stopped\""),
     ] {
-        let arguments: Vec<&str> = line.split(' ').collect();
-        let output = ctl(rigs, &arguments);
+        let output = ctl(rigs, line);
         let printed = text(&output.stdout) + &stderr(&output);
         assert_eq!(output.status.code(), Some(code), "{line}: {printed}");
         assert_eq!(states(&daemons), stopped, "{line}: {printed}");
@@ -193,12 +194,7 @@ fn a_rig_that_is_closed_to_a_user_is_not_an_absent_rig() {
         let mut lines = vec!["status", "stop", "status --all", "stop --all"];
         lines.extend(name.iter().flat_map(|_| ["--rig left engage", "stop --rig left"]));
         for line in lines {
-            let mut command = Command::new(&copy);
-            command
-                .args(line.split(' '))
-                .env("XDG_RUNTIME_DIR", rigs)
-                .env("HOME", rigs);
-            command.env_remove("HAPTICD_SOCKET");
+            let mut command = ctl_at(&copy, rigs, line);
             if rustix::process::geteuid().is_root() {
                 const NOBODY: u32 = 65534;
                 command.uid(NOBODY).gid(NOBODY);
@@ -223,48 +219,37 @@ fn with_several_rigs_in_reach_every_other_command_asks_for_one() {
     let directory = tempfile::tempdir().expect("a directory");
     let rigs = directory.path();
     let daemons = two_engaged(rigs);
-    for line in ["status", "set Fs=3", "release", "reset"] {
-        let arguments: Vec<&str> = line.split(' ').collect();
-        let parts = ["2 rigs are in reach", "hapticd (", "left (", "--rig NAME"];
-        is_refused(line, &ctl(rigs, &arguments), 2, &parts);
+    let refused = |line: &str, code: i32, parts: &[&str]| is_refused(line, &ctl(rigs, line), code, parts);
+    for line in ["status", "set Fs=3", "release", "reset", "devices --probe fake"] {
+        refused(line, 2, &["2 rigs are in reach", "hapticd (", "left (", "--rig NAME"]);
     }
+    // The rig without a name is named by its service; what needs no daemon asks for none.
     for line in [
         "status --rig left",
         "--rig left status",
         "status --rig=left --json",
         "status --all",
+        "--rig hapticd status",
+        "devices",
     ] {
-        let arguments: Vec<&str> = line.split(' ').collect();
-        assert_eq!(ctl(rigs, &arguments).status.code(), Some(0), "{line}");
+        assert_eq!(ctl(rigs, line).status.code(), Some(0), "{line}");
     }
-    // The rig without a name is named by its service; for an unknown one, all are listed.
-    assert_eq!(ctl(rigs, &["--rig", "hapticd", "status"]).status.code(), Some(0));
-    let unknown = ctl(rigs, &["--rig", "lefft", "status"]);
-    is_refused(
-        "--rig lefft",
-        &unknown,
+    // For an unknown one, all are listed.
+    let said = refused(
+        "--rig lefft status",
         3,
         &["no rig `lefft`", "hapticd, left", "`--rig hapticd`"],
     );
-    assert!(!stderr(&unknown).contains("--demo"), "{unknown:?}");
-    // What needs no daemon asks for none.
-    assert_eq!(ctl(rigs, &["devices"]).status.code(), Some(0));
-    is_refused(
-        "a probe",
-        &ctl(rigs, &["devices", "--probe", "fake"]),
-        2,
-        &["2 rigs are in reach"],
-    );
+    assert!(!said.contains("--demo"), "{said}");
     let [own, left] = daemons;
     drop(own);
     // Its socket is left behind: the other one is in reach alone, and may not be the one that is meant.
-    is_refused(
+    refused(
         "status",
-        &ctl(rigs, &["status"]),
         2,
         &["left is in reach", "hapticd does not answer", "--rig NAME"],
     );
-    assert_eq!(ctl(rigs, &["--rig", "left", "status"]).status.code(), Some(0));
+    assert_eq!(ctl(rigs, "--rig left status").status.code(), Some(0));
     drop(left);
-    assert_eq!(ctl(rigs, &["status"]).status.code(), Some(3));
+    refused("status", 3, &[]);
 }

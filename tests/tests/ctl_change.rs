@@ -2,7 +2,7 @@
 
 use haptic_ipc::{Request, Timing};
 use serde_json::{Value, json};
-use system_tests::{Daemon, status};
+use system_tests::{Daemon, plain, status};
 
 #[test]
 fn change_accepts_if_revision_ramp_and_dry_run() {
@@ -25,6 +25,18 @@ fn change_accepts_if_revision_ramp_and_dry_run() {
         timing.since_start.ticks >= ramped["ramp_ends_tick"].as_u64().expect("its end"),
         "{ramped}"
     );
+    // The advice is on the scene as it is then, whatever was changed.
+    for (line, is_stiff) in [
+        ("set K=200N/mm", true),
+        ("set Fs=5", true),
+        ("set K=1N/mm", false),
+        ("undo", true),
+    ] {
+        let printed = daemon.ctl_ok(&line.split(' ').collect::<Vec<_>>());
+        let mut notes = printed.lines().filter_map(|line| line.strip_prefix("note: "));
+        let found = notes.any(|note| note.contains("against a stuck block the loop oscillates"));
+        assert_eq!(found, is_stiff, "{line}: {printed}");
+    }
 }
 
 #[test]
@@ -32,7 +44,7 @@ fn a_scene_is_a_name_a_revision_or_a_file() {
     let daemon = Daemon::start(&[]);
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("tuned by hand.toml");
-    let path = file.to_str().expect("text");
+    let path = plain(&file);
     daemon.ctl_ok(&["set", "mass=1.25", "Fs+=5.5"]);
     // What is shown loads again, to the last digit.
     std::fs::write(&file, daemon.ctl_ok(&["scene", "show"])).expect("written");
@@ -60,7 +72,7 @@ fn schedule_file_is_awaited_and_kept_one_cancelled_by_name() {
     let daemon = Daemon::start(&[]);
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("steps.json");
-    let file = file.to_str().expect("a plain path");
+    let file = plain(&file);
     let write = |first: u64| {
         let text = format!(
             r#"[{{"at_tick":{first},"params":{{"Fs":{{"plus":0.5}}}}}},{{"at_tick":{},"scene":"viscous-drag"}}]"#,
@@ -73,12 +85,10 @@ fn schedule_file_is_awaited_and_kept_one_cancelled_by_name() {
     let first = status(&mut client).tick + 3000;
     write(first);
     let printed = daemon.ctl_ok(&["schedule", file, "--json"]);
-    let line = |line: &str| serde_json::from_str::<Value>(line).unwrap_or_else(|error| panic!("{line}: {error}"));
-    let rendered = printed
-        .lines()
-        .skip(1)
-        .map(line)
-        .map(|entry| json!([entry["tick"], entry["op"]]));
+    let rendered = printed.lines().skip(1).map(|line| {
+        let entry: Value = serde_json::from_str(line).unwrap_or_else(|error| panic!("{line}: {error}"));
+        json!([entry["tick"], entry["op"]])
+    });
     let wanted = [json!([first, "set"]), json!([first + 7, "scene.load"])];
     assert_eq!(rendered.collect::<Vec<_>>(), wanted);
     let shown = daemon.ctl_ok(&["status"]);

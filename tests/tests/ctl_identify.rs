@@ -6,22 +6,7 @@ use haptic_lab::identify::study::{Experiment, Movement, Truth};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use system_tests::{Daemon, binary, is_refused, stderr, text};
-
-fn identify(arguments: &[&str]) -> Output {
-    Command::new(binary("haptic-ctl"))
-        .arg("identify")
-        .args(arguments)
-        .output()
-        .expect("haptic-ctl runs")
-}
-
-fn json(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| {
-        panic!("{error}: {} {}", text(&output.stdout), stderr(output));
-    })
-}
+use system_tests::{Daemon, ctl, ctl_offline_json, is_refused, plain};
 
 /// A record of 0.5 kg on a known surface, as a lab with its own names, units and signs writes it.
 fn write(directory: &Path, movements: Option<&[Movement]>) -> PathBuf {
@@ -46,85 +31,65 @@ fn write(directory: &Path, movements: Option<&[Movement]>) -> PathBuf {
     path
 }
 
-const COLUMNS: [&str; 14] = [
-    "--model",
-    "karnopp",
-    "--time-column",
-    "clock (ms)",
-    "--position-column",
-    "encoder",
-    "--position-gain",
-    "-1e-6",
-    "--force-column",
-    "load cell",
-    "--force-gain",
-    "-4",
-    "--directions",
-    "auto",
+const COLUMNS: [&str; 8] = [
+    "identify",
+    "--model=karnopp",
+    "--time-column=clock (ms)",
+    "--position-column=encoder",
+    "--position-gain=-1e-6",
+    "--force-column=load cell",
+    "--force-gain=-4",
+    "--directions=auto",
 ];
 
 #[test]
 fn a_labs_record_becomes_a_scene_that_the_daemon_renders() {
     let directory = tempfile::tempdir().expect("a directory");
     let (file, scene) = (write(directory.path(), None), directory.path().join("bench.toml"));
-    let (file, scene) = (file.to_str().expect("text"), scene.to_str().expect("text"));
-    let output = identify(&[&[file, "--json", "--out", scene], &COLUMNS[..]].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let found = json(&output);
+    let found = ctl_offline_json(&[&COLUMNS[..], &[plain(&file), "--out", plain(&scene)]].concat());
     assert_eq!(found["model"], "karnopp");
-    assert!(
-        (found["mass_kg"].as_f64().expect("a number") - 0.5).abs() < 0.005,
-        "{found}"
-    );
+    let near = |value: &Value, truth: f64, within: f64| {
+        let value = value.as_f64().expect("a number");
+        assert!((value - truth).abs() < within, "{value} for {truth}: {found}");
+    };
+    near(&found["mass_kg"], 0.5, 0.005);
+    near(&found["offset_N"], 0.0, 0.02);
+    near(&found["residual_rms_N"], 0.0, 0.1);
     for (name, truth, within) in [
         ("dynamic_force_N", 3.5, 0.0175),
         ("viscous_Ns_per_m", 10.0, 0.1),
         ("static_force_N", 5.0, 0.25),
     ] {
         for direction in ["positive", "negative"] {
-            let value = found[name][direction].as_f64().expect("a number");
-            assert!((value - truth).abs() < within, "{name}.{direction} = {value}");
+            near(&found[name][direction], truth, within);
             let interval = &found["intervals"][format!("{name}.{direction}")];
             assert!(interval[0].as_f64() < interval[1].as_f64(), "{found}");
         }
     }
-    assert!(found["offset_N"].as_f64().expect("a number").abs() < 0.02);
-    assert!(found["residual_rms_N"].as_f64().expect("a number") < 0.1);
     assert_eq!(found["refused"], serde_json::json!([]));
 
-    let written = std::fs::read_to_string(scene).expect("a scene");
+    let written = std::fs::read_to_string(&scene).expect("a scene");
     assert!(written.starts_with("# Identified from"), "{written}");
     let daemon = Daemon::start(&[]);
-    daemon.ctl_ok(&["scene", "load", scene]);
-    let rendered = daemon.ctl_json(&["get"]);
-    let mass = rendered["scene"]["block"]["mass"].as_f64().expect("a mass");
-    assert!((mass - 0.5).abs() < 0.005, "{rendered}");
+    daemon.ctl_ok(&["scene", "load", plain(&scene)]);
+    near(&daemon.ctl_json(&["get"])["scene"]["block"]["mass"], 0.5, 0.005);
 
-    let table = identify(&[&[file], &COLUMNS[..]].concat());
-    let table = text(&table.stdout);
-    for part in ["karnopp, residual", "mass", "kg", "95 % interval", "static friction -"] {
-        assert!(table.contains(part), "{part} in\n{table}");
-    }
-}
-
-#[test]
-fn what_cannot_be_determined_is_refused_by_name_and_ends_with_1() {
-    let directory = tempfile::tempdir().expect("a directory");
     let slow = [Movement::Ramp {
         speed_mps: 0.05,
         stroke_m: 0.05,
         duration_s: 15.0,
     }];
-    let file = write(directory.path(), Some(&slow));
-    let scene = directory.path().join("none.toml");
-    let (file, scene) = (file.to_str().expect("text"), scene.to_str().expect("text"));
-    let output = identify(&[&[file, "--json", "--out", scene], &COLUMNS[..]].concat());
-    is_refused(file, &output, 1, &["is not written"]);
-    let found = json(&output);
+    let (file, scene) = (write(directory.path(), Some(&slow)), directory.path().join("none.toml"));
+    let output = ctl(
+        Path::new("/nonexistent"),
+        &[&COLUMNS[..], &["--json", plain(&file), "--out", plain(&scene)]].concat(),
+    );
+    is_refused("a slow motion", &output, 1, &["is not written"]);
+    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert!(found["refused"].to_string().contains("\"viscous_Ns_per_m\""), "{found}");
     assert!(
         found["viscous_Ns_per_m"].is_null() && found["refused"][0]["instead"].is_string(),
         "{found}"
     );
-    assert!(!Path::new(scene).exists(), "no scene of half a surface");
+    assert!(!scene.exists(), "no scene of half a surface");
 }

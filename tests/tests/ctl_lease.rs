@@ -2,25 +2,17 @@
 
 use haptic_ipc::{ChangeReply, Changes, Request, RigState};
 use rustix::process::Signal;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
-use system_tests::{Daemon, PATIENCE, binary, pause, process, status, wait_for_state};
+use system_tests::{Daemon, ctl_command, pause, process, status, until_some, wait_for_state};
 
 /// A lease that is not lost where a busy machine lets haptic-ctl wait.
 const TIMEOUT: &str = "2s";
 
 fn lease(daemon: &Daemon, timeout: &str, command: &[&str]) -> Child {
-    Command::new(binary("haptic-ctl"))
-        .args(["lease", "--timeout", timeout, "--socket"])
-        .arg(daemon.socket())
-        .arg("--")
-        .args(command)
-        .env("HAPTICD_SOCKET", daemon.socket())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("haptic-ctl starts")
+    let lease = [&["lease", "--timeout", timeout, "--"], command].concat();
+    let mut program = ctl_command(daemon.socket(), &lease);
+    program.stdin(Stdio::piped()).spawn().expect("haptic-ctl starts")
 }
 
 /// Holds a lease while `cat` waits for its input to end.
@@ -45,12 +37,7 @@ fn rig_stays_engaged_while_command_runs_and_after_success() {
     // Twice as long as the lease lasts without being renewed.
     let began = Instant::now();
     while began.elapsed() < Duration::from_secs(4) {
-        assert_eq!(
-            status(&mut client).state,
-            RigState::Engaged,
-            "after {:?}",
-            began.elapsed()
-        );
+        assert_eq!(status(&mut client).state, RigState::Engaged);
         pause();
     }
     assert_eq!(code(holder), Some(0));
@@ -83,11 +70,8 @@ fn lease_passes_on_exit_code_and_failure_releases_rig() {
     let mut client = daemon.client();
     for (script, expected) in [("exit 7", 7), ("kill -TERM $$", 143)] {
         daemon.ctl_ok(&["engage", "--wait"]);
-        assert_eq!(
-            code(lease(&daemon, "5s", &["sh", "-c", script])),
-            Some(expected),
-            "{script}"
-        );
+        let ended = code(lease(&daemon, "5s", &["sh", "-c", script]));
+        assert_eq!(ended, Some(expected), "{script}");
         wait_for_state(&mut client, RigState::Idle);
     }
     // The daemon refuses so short a lease, and haptic-ctl one that no daemon could be asked for.
@@ -97,33 +81,21 @@ fn lease_passes_on_exit_code_and_failure_releases_rig() {
         ("1ms", "true", 1),
         ("2000h", "true", 2),
     ] {
-        assert_eq!(
-            code(lease(&daemon, timeout, &[command])),
-            Some(expected),
-            "{timeout} {command}"
-        );
+        let ended = code(lease(&daemon, timeout, &[command]));
+        assert_eq!(ended, Some(expected), "{timeout} {command}");
     }
-}
-
-#[test]
-fn successful_command_fails_when_daemon_has_gone() {
-    let daemon = Daemon::start(&[]);
-    let holder = held(&daemon, TIMEOUT);
-    drop(daemon);
-    assert_eq!(code(holder), Some(3));
-}
-
-#[test]
-fn a_request_to_end_goes_on_to_the_command() {
-    let daemon = Daemon::start(&[]);
-    // The interrupt is not that of a terminal, which the command would have got too.
-    for (signal, code) in [(Signal::TERM, 143), (Signal::INT, 130)] {
+    // A request to end goes on to the command. The interrupt is not that of a terminal, which it would have got too.
+    for (signal, expected) in [(Signal::TERM, 143), (Signal::INT, 130)] {
         let mut holder = held(&daemon, "5s");
         // Waiting would close the input, and `cat` would end by that: only the signal may end it.
         let _input = holder.stdin.take().expect("it is a pipe");
         process::signal(holder.id(), signal);
-        assert_eq!(holder.wait().expect("it ends").code(), Some(code));
+        assert_eq!(code(holder), Some(expected));
     }
+    // And a command that ends well has failed where the daemon has gone.
+    let holder = held(&daemon, TIMEOUT);
+    drop((daemon, client));
+    assert_eq!(code(holder), Some(3));
 }
 
 #[test]
@@ -133,7 +105,7 @@ fn a_haptic_ctl_that_is_killed_takes_the_command_with_it() {
     for attempt in 0..test_run::extent(50, 500) {
         let mut holder = lease(&daemon, TIMEOUT, &["sleep", "1000"]);
         let children = format!("/proc/{0}/task/{0}/children", holder.id());
-        let command = found("the command", || {
+        let command = until_some("it starts no command", || {
             std::fs::read_to_string(&children).ok()?.trim().parse::<u32>().ok()
         });
         let seen = Instant::now();
@@ -141,22 +113,10 @@ fn a_haptic_ctl_that_is_killed_takes_the_command_with_it() {
             std::hint::spin_loop();
         }
         holder.kill().expect("it runs");
-        found("its end", || {
+        until_some("the command goes on", || {
             let stat = std::fs::read_to_string(format!("/proc/{command}/stat")).unwrap_or_default();
             (stat.is_empty() || stat.contains(") Z ")).then_some(())
         });
         drop(holder.wait());
-    }
-}
-
-/// Asks until there is something, and again at once.
-fn found<T>(what: &str, ask: impl Fn() -> Option<T>) -> T {
-    let began = Instant::now();
-    loop {
-        if let Some(found) = ask() {
-            return found;
-        }
-        assert!(began.elapsed() < PATIENCE, "waited in vain for {what}");
-        std::thread::yield_now();
     }
 }

@@ -5,11 +5,11 @@ use haptic_recording::{Ending, Mark, Recording};
 use rustix::process::Signal;
 use std::io::Write;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use system_tests::process::end;
 use system_tests::recorded::{read, wait_for_more_rows, wait_for_rows};
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, ctl_offline_refused, status, stderr, until};
+use system_tests::{Daemon, ctl_command, ctl_offline_refused, plain, status, stderr, until};
 
 fn somewhere(ending: &str) -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().expect("a directory");
@@ -33,7 +33,7 @@ fn markers(found: &Recording) -> Vec<&str> {
 fn a_recording_has_every_tick_of_its_time_and_says_of_what() {
     let daemon = Daemon::start(&[]);
     let (_directory, file) = somewhere("csv");
-    let path = file.to_str().expect("text");
+    let path = plain(&file);
     let output = daemon.ctl(&["record", path, "--for", "300ms"]);
     assert_eq!(
         (output.status.code(), &*stderr(&output)),
@@ -59,14 +59,23 @@ fn a_recording_has_every_tick_of_its_time_and_says_of_what() {
 }
 
 #[test]
-fn interrupt_before_requested_duration_exits_130() {
-    let daemon = Daemon::start(&[]);
-    let (_directory, file) = somewhere("csv");
-    let recorder = daemon.recorder(&file, &["--for", "1h"]);
-    wait_for_rows(&file, 1);
-    let output = end(recorder, Signal::INT);
-    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
-    assert_eq!(read(&file).ending, Ending::Complete);
+fn it_ends_when_what_was_asked_for_is_so_or_at_an_interrupt() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    for (until, code) in [(["--until", "state=engaged"], 0), (["--for", "1h"], 130)] {
+        let (_directory, file) = somewhere("csv");
+        let recorder = daemon.recorder(&file, &until);
+        wait_for_rows(&file, 1);
+        let output = if code == 0 {
+            daemon.ctl_ok(&["engage"]);
+            recorder.wait_with_output().expect("it ends")
+        } else {
+            end(recorder, Signal::INT)
+        };
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+        let found = read(&file);
+        assert_eq!(found.ending, Ending::Complete);
+        assert!(found.rows.iter().any(|row| row.state == RigState::Engaged));
+    }
 }
 
 #[test]
@@ -93,36 +102,13 @@ fn a_daemon_that_dies_ends_it_with_3_and_leaves_what_there_was() {
 }
 
 #[test]
-fn it_ends_when_what_was_asked_for_is_so() {
-    let daemon = Daemon::start(&["--ramp-ms", "10"]);
-    let (_directory, file) = somewhere("csv");
-    let recorder = daemon.recorder(&file, &["--until", "state=engaged"]);
-    wait_for_rows(&file, 1);
-    daemon.ctl_ok(&["engage"]);
-    let output = recorder.wait_with_output().expect("it ends");
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let found = read(&file);
-    assert!(found.rows.iter().any(|row| row.state == RigState::Engaged));
-}
-
-#[test]
-fn a_file_of_another_ending_is_refused_before_anything_is_asked() {
-    let (directory, _) = somewhere("csv");
-    let file = directory.path().join("rig.json");
-    let name = file.to_str().expect("text");
-    ctl_offline_refused(&["record", name], 2, &[name, ".mcap", ".csv", ".parquet"]);
-    assert!(!file.exists());
-}
-
-#[test]
 fn its_circumstances_and_notes_are_kept() {
     let daemon = Daemon::start(&["--slew-limit-n-per-s", "4321"]);
     let (directory, file) = somewhere("mcap");
-    let path = file.to_str().expect("text");
+    let path = plain(&file);
     let notes = directory.path().join("notes.txt");
     std::fs::write(&notes, "steel on teflon\n2 N, \"dry\"\n").expect("written");
-    let notes = notes.to_str().expect("text");
-    daemon.ctl_ok(&["record", path, "--for", "50ms", "--notes-file", notes]);
+    daemon.ctl_ok(&["record", path, "--for", "50ms", "--notes-file", plain(&notes)]);
     let metadata = read(&file).metadata;
     assert_eq!(metadata.notes.as_deref(), Some("steel on teflon\n2 N, \"dry\"\n"));
     let configuration = metadata.configuration.as_ref().expect("the status");
@@ -132,6 +118,13 @@ fn its_circumstances_and_notes_are_kept() {
     assert_eq!(read(&file).metadata.notes.as_deref(), Some("two words"));
     let missing = ["record", "other.csv", "--notes-file", "/nonexistent/notes"];
     daemon.ctl_refused(&missing, 2, "/nonexistent/notes");
+    let other = directory.path().join("rig.json");
+    ctl_offline_refused(
+        &["record", plain(&other)],
+        2,
+        &["rig.json", ".mcap", ".csv", ".parquet"],
+    );
+    assert!(!other.exists());
 }
 
 #[test]
@@ -139,9 +132,7 @@ fn markers_are_set_by_keys_and_no_key_passes_for_a_stop() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     daemon.ctl_ok(&["engage", "--wait"]);
     let (_directory, file) = somewhere("csv");
-    let mut command = Command::new(binary("haptic-ctl"));
-    command.arg("record").arg(&file).arg("--socket").arg(daemon.socket());
-    let mut terminal = Terminal::start(command);
+    let mut terminal = Terminal::start(ctl_command(daemon.socket(), &["record", plain(&file)]));
     terminal.wait_for("the keys", |screen| screen.contains("m or 1 to 9: marker, q: end"));
     for (key, answer) in [
         ("m", "marker `marker 1`"),
@@ -176,46 +167,35 @@ fn markers_are_set_by_keys_and_no_key_passes_for_a_stop() {
 #[test]
 fn a_program_sets_markers_by_lines_where_that_is_asked_for() {
     let daemon = Daemon::start(&[]);
-    for asked in [true, false] {
+    for (more, wanted) in [
+        (&["--markers-from-stdin"][..], &["first phase", "second"][..]),
+        (&[], &[]),
+    ] {
         let (_directory, file) = somewhere("csv");
-        let mut command = Command::new(binary("haptic-ctl"));
-        command.arg("record").arg(&file).arg("--socket").arg(daemon.socket());
-        if asked {
-            command.arg("--markers-from-stdin");
-        }
-        let mut recorder = command
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("haptic-ctl starts");
+        let mut command = ctl_command(daemon.socket(), &[&["record", plain(&file)], more].concat());
+        let mut recorder = command.stdin(Stdio::piped()).spawn().expect("haptic-ctl starts");
         let mut lines = recorder.stdin.take().expect("it is piped");
         wait_for_rows(&file, 1);
         lines.write_all(b"first phase\n\n  second  \n").expect("written");
-        let wanted = if asked { vec!["first phase", "second"] } else { vec![] };
         until("the markers do not come", || {
             let found = read(&file);
             markers(&found) == wanted && found.rows.len() >= 300
         });
         drop(lines);
-        let ended = if asked {
-            // The program that set the markers has ended.
-            recorder.wait_with_output().expect("it ends")
-        } else {
+        let ended = if more.is_empty() {
             wait_for_more_rows(&file, 300);
             end(recorder, Signal::TERM)
+        } else {
+            // The program that set the markers has ended.
+            recorder.wait_with_output().expect("it ends")
         };
         assert_eq!(ended.status.code(), Some(0));
         assert_eq!(read(&file).ending, Ending::Complete);
         assert_eq!(markers(&read(&file)), wanted);
     }
-}
-
-#[test]
-fn end_of_markers_does_not_cut_requested_duration() {
-    let daemon = Daemon::start(&[]);
+    // The end of its input does not cut the time that is asked for.
     let (_directory, file) = somewhere("csv");
-    let recorder = daemon.recorder(&file, &["--markers-from-stdin", "--for", "400ms"]);
-    // Its input ends at once.
-    assert_eq!(recorder.wait_with_output().expect("it ends").status.code(), Some(0));
+    let asked = ["--markers-from-stdin", "--for", "400ms"];
+    assert!(daemon.recorder(&file, &asked).wait().expect("it ends").success());
     assert!(read(&file).rows.len() > 300);
 }

@@ -2,18 +2,11 @@
 
 use haptic_ipc::RigState;
 use rustix::process::{Signal, kill_process};
-use std::path::Path;
-use std::process::Command;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, bring_to, journal, process, status, wait_for_state};
+use system_tests::{Daemon, bring_to, ctl_command, journal, process, status, wait_for_state};
 
 fn top(daemon: &Daemon, no_color: &str) -> Terminal {
-    top_at(daemon.socket(), no_color)
-}
-
-fn top_at(socket: &Path, no_color: &str) -> Terminal {
-    let mut command = Command::new(binary("haptic-ctl"));
-    command.arg("top").arg("--socket").arg(socket);
+    let mut command = ctl_command(daemon.socket(), &["top"]);
     // Somebody may have set it for the tests too.
     command.env("NO_COLOR", no_color);
     let mut top = Terminal::start(command);
@@ -29,7 +22,6 @@ fn top_fits_a_small_screen_and_keys_drive_rig() {
     let mut client = daemon.client();
     let mut top = top(&daemon, "");
     let parts = [
-        "hapticd",
         "IDLE",
         "1000 Hz",
         "simulated friction, karnopp, revision 1",
@@ -37,7 +29,6 @@ fn top_fits_a_small_screen_and_keys_drive_rig() {
         "position of the device",
         "p50",
         "overruns",
-        "missed",
         "clients",
         "space/Esc STOP",
     ];
@@ -110,50 +101,35 @@ fn a_change_of_the_terminals_size_swallows_no_key() {
 #[test]
 fn the_terminal_is_put_back_however_it_ends() {
     let daemon = Daemon::start(&[]);
-    for (name, end, code) in [
-        ("q", None, Some(0)),
-        ("Ctrl-C", None, Some(0)),
-        ("interrupt", Some(Signal::INT), Some(130)),
-        ("terminate", Some(Signal::TERM), Some(143)),
-        ("hang-up", Some(Signal::HUP), Some(129)),
+    for (keys, signal, code) in [
+        ("q", None, 0),
+        ("\x03", None, 0),
+        ("", Some(Signal::INT), 130),
+        ("", Some(Signal::TERM), 143),
+        ("", Some(Signal::HUP), 129),
     ] {
-        let mut top = top(&daemon, "");
+        // Colours are left out where they are not wanted.
+        let no_color = if keys == "q" { "1" } else { "" };
+        let mut top = top(&daemon, no_color);
         assert!(!top.is_as_a_shell_wants_it(), "it has the terminal for itself");
-        match end {
-            Some(signal) => kill_process(top.pid(), signal).expect("it runs"),
-            None if name == "q" => top.type_in("q"),
-            None => top.type_in("\x03"),
+        top.type_in(keys);
+        if let Some(signal) = signal {
+            kill_process(top.pid(), signal).expect("it runs");
         }
-        assert_eq!(top.end().code(), code, "{name}");
-        assert!(top.is_as_a_shell_wants_it(), "{name}");
+        assert_eq!(top.end().code(), Some(code), "{keys:?} {signal:?}");
+        assert!(top.is_as_a_shell_wants_it(), "{keys:?} {signal:?}");
+        let written = top.written();
+        // A foreground colour: 30 to 39 or 38;5;N.
+        let is_coloured = (30..39)
+            .any(|colour| written.contains(&format!("\x1b[{colour}m")) || written.contains(&format!("\x1b[{colour};")));
+        assert_eq!(is_coloured, no_color.is_empty());
     }
+    daemon.ctl_refused(&["top"], 2, "haptic-ctl log --follow");
     let mut top = top(&daemon, "");
     drop(daemon);
     assert_eq!(top.end().code(), Some(3), "the daemon has gone");
     assert!(top.is_as_a_shell_wants_it());
     assert!(top.screen().contents().contains("closed the connection"));
-}
-
-#[test]
-fn colour_is_left_out_where_it_is_not_wanted() {
-    let daemon = Daemon::start(&[]);
-    let coloured = |no_color| {
-        let mut top = top(&daemon, no_color);
-        top.type_in("q");
-        top.end();
-        let written = top.written();
-        // A foreground colour: 30 to 39 or 38;5;N.
-        (30..39)
-            .any(|colour| written.contains(&format!("\x1b[{colour}m")) || written.contains(&format!("\x1b[{colour};")))
-    };
-    assert!(coloured(""));
-    assert!(!coloured("1"));
-}
-
-#[test]
-fn without_a_terminal_it_says_what_to_use_instead() {
-    let daemon = Daemon::start(&[]);
-    daemon.ctl_refused(&["top"], 2, "haptic-ctl log --follow");
 }
 
 // hazard: H4

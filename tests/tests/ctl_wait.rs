@@ -2,9 +2,9 @@
 
 use haptic_ipc::{Client, quoted};
 use rustix::process::Signal;
-use std::process::{Child, Command, Stdio};
+use std::process::Child;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, process, status, stderr, text, until_some, wait_for};
+use system_tests::{Daemon, ctl_command, plain, process, status, stderr, text, until_some, wait_for};
 
 /// Waits in the background; returns when the daemon serves it.
 fn waiting(daemon: &Daemon, client: &mut Client, condition: &str) -> Child {
@@ -14,14 +14,8 @@ fn waiting(daemon: &Daemon, client: &mut Client, condition: &str) -> Child {
 /// A subcommand in the background, once the daemon serves it.
 fn begun(daemon: &Daemon, client: &mut Client, arguments: &[&str]) -> Child {
     let before = status(client).clients;
-    let child = Command::new(binary("haptic-ctl"))
-        .args(arguments)
-        .arg("--socket")
-        .arg(daemon.socket())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("haptic-ctl starts");
+    let socket = ["--socket", plain(daemon.socket())];
+    let child = daemon.start_ctl(&[arguments, &socket].concat());
     wait_for(client, "the client that waits", |status| status.clients > before);
     child
 }
@@ -32,13 +26,16 @@ fn ended(child: Child) -> (Option<i32>, String) {
 }
 
 #[test]
-fn what_is_waited_for_ends_the_wait() {
+fn a_wait_ends_with_what_it_waits_for_or_why_it_cannot() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
     let engaged = waiting(&daemon, &mut client, "state=engaged");
     let heavier = waiting(&daemon, &mut client, "revision>=2 and mass=1.5kg");
     let moving = waiting(&daemon, &mut client, "device_velocity_mps!=0 and state=engaged");
     let stopped = waiting(&daemon, &mut client, "state=stopped");
+    let pulled = waiting(&daemon, &mut client, "command_force_N>100N");
+    let faulted = waiting(&daemon, &mut client, "state=faulted");
+    let light = waiting(&daemon, &mut client, "mass=0.25");
     daemon.ctl_ok(&["engage"]);
     daemon.ctl_ok(&["set", "mass=1.5"]);
     let (code, printed) = ended(engaged);
@@ -48,36 +45,23 @@ fn what_is_waited_for_ends_the_wait() {
     assert_eq!(ended(moving).0, Some(0));
     daemon.ctl_ok(&["stop"]);
     assert_eq!(ended(stopped).0, Some(0), "a stop is what was waited for");
-}
-
-#[test]
-fn stop_ends_wait_for_another_state_or_a_force_with_6() {
-    let daemon = Daemon::start(&[]);
-    let mut client = daemon.client();
-    let engaged = waiting(&daemon, &mut client, "state=engaged");
-    let pulled = waiting(&daemon, &mut client, "command_force_N>100N");
-    let heavier = waiting(&daemon, &mut client, "mass=1.5");
-    daemon.ctl_ok(&["stop"]);
-    let (code, printed) = ended(engaged);
-    assert_eq!(code, Some(6), "{printed}");
-    assert!(
-        printed.contains("the rig is stopped")
-            && printed.contains(&format!("--socket {} reset", quoted(daemon.socket()))),
-        "{printed}"
-    );
-    assert_eq!(ended(pulled).0, Some(6));
+    for other in [pulled, faulted] {
+        let (code, printed) = ended(other);
+        assert_eq!(code, Some(6), "{printed}");
+        let remedy = format!("--socket {} reset", quoted(daemon.socket()));
+        assert!(
+            printed.contains("the rig is stopped") && printed.contains(&remedy),
+            "{printed}"
+        );
+    }
     // Also where the rig is stopped already.
     let late = ["wait", "--until", "command_force_N<-1"];
     daemon.ctl_refused(&late, 6, "the rig is stopped");
-    // A stopped rig can still get a heavier block.
-    daemon.ctl_ok(&["set", "mass=1.5"]);
-    assert_eq!(ended(heavier).0, Some(0));
-}
-
-#[test]
-fn wait_exits_5_on_timeout_and_3_when_daemon_goes() {
-    let daemon = Daemon::start(&[]);
-    let mut client = daemon.client();
+    // A stopped rig can still get a lighter block.
+    daemon.ctl_ok(&["set", "mass=0.25"]);
+    assert_eq!(ended(light).0, Some(0));
+    daemon.ctl_ok(&["reset"]);
+    wait_for(&mut client, "the end of the others", |status| status.clients == 1);
     let engaged = waiting(&daemon, &mut client, "state=engaged");
     let late = ["wait", "--until", "state=engaged", "--timeout", "1s"];
     daemon.ctl_refused(&late, 5, "within 1 s; the rig is idle");
@@ -126,11 +110,8 @@ fn engage_and_release_wait_for_the_end_of_their_ramps() {
 #[test]
 fn whoever_waits_at_a_terminal_sees_for_what() {
     let daemon = Daemon::start(&[]);
-    let mut command = Command::new(binary("haptic-ctl"));
-    command
-        .args(["wait", "--until", "mass=1.5", "--socket"])
-        .arg(daemon.socket());
-    let mut terminal = Terminal::start(command);
+    let wait = ["wait", "--until", "mass=1.5"];
+    let mut terminal = Terminal::start(ctl_command(daemon.socket(), &wait));
     terminal.wait_for("what is waited for", |screen| screen.contains("waiting for mass=1.5"));
     daemon.ctl_ok(&["set", "mass=1.5"]);
     terminal.wait_for("the end", |screen| {

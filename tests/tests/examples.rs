@@ -9,8 +9,11 @@ fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name)
 }
 
-fn run(mut command: Command) -> Output {
-    command.stdin(Stdio::null()).output().expect("it starts")
+/// Runs one against a daemon.
+fn run(command: &[&str], name: &str, daemon: &Daemon) -> Output {
+    let mut client = Command::new(command[0]);
+    client.args(&command[1..]).arg(example(name)).arg(daemon.socket());
+    client.stdin(Stdio::null()).output().expect("it starts")
 }
 
 fn printed(output: &Output) -> String {
@@ -31,16 +34,17 @@ fn has_changed_and_stopped(daemon: &Daemon) {
 
 #[test]
 fn the_one_in_python_is_short_and_drives_the_rig() {
-    let path = example("client.py");
-    let lines = std::fs::read_to_string(&path).expect("text").lines().count();
+    let lines = std::fs::read_to_string(example("client.py"))
+        .expect("text")
+        .lines()
+        .count();
     assert!(lines < 60, "{lines} lines");
     if !test_run::has(&["python3"]) {
         return;
     }
     let daemon = Daemon::start(&["--ramp-ms", "20"]);
-    let mut python = Command::new("python3");
-    python.arg("-B").arg(&path).arg(daemon.socket());
-    assert!(printed(&run(python)).contains("the rig is stopped"));
+    let printed = printed(&run(&["python3", "-B"], "client.py", &daemon));
+    assert!(printed.contains("the rig is stopped"), "{printed}");
     has_changed_and_stopped(&daemon);
 }
 
@@ -50,11 +54,7 @@ fn the_one_for_the_shell_drives_the_rig_and_says_why_it_cannot() {
         return;
     }
     let daemon = Daemon::start(&["--ramp-ms", "20"]);
-    let shell = || {
-        let mut shell = Command::new("bash");
-        shell.arg(example("client.sh")).arg(daemon.socket());
-        run(shell)
-    };
+    let shell = || run(&["bash"], "client.sh", &daemon);
     let first = printed(&shell());
     for part in ["state: engaged, 0.5 kg", "state: engaged, 1.5 kg", "the rig is stopped"] {
         assert!(first.contains(part), "{first}");

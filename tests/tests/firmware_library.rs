@@ -3,7 +3,7 @@
 
 use std::path::Path;
 use std::process::Command;
-use system_tests::simulated_rig::{firmware_folder, firmware_test, has_tools};
+use system_tests::simulated_rig::{firmware_folder, firmware_test, has_tools, is_there, make};
 
 #[test]
 fn the_library_does_as_the_protocols_page_says() {
@@ -12,17 +12,7 @@ fn the_library_does_as_the_protocols_page_says() {
     }
     let library = Path::new(env!("CARGO_TARGET_TMPDIR")).join("haptic_device.so");
     let built = Command::new("cc")
-        .args([
-            "-std=c99",
-            "-O1",
-            "-Wall",
-            "-Wextra",
-            "-Werror",
-            "-Wpedantic",
-            "-shared",
-            "-fPIC",
-            "-Isrc",
-        ])
+        .args("-std=c99 -O1 -Wall -Wextra -Werror -Wpedantic -shared -fPIC -Isrc".split(' '))
         .args(["src/haptic_device.c", "-o"])
         .arg(&library)
         .current_dir(firmware_folder())
@@ -54,13 +44,10 @@ fn the_library_compiles_for_an_esp32_c3s_core() {
         ("make", "make"),
     ];
     if test_run::is_long_for("the library for firmwares, compiled for RISC-V") && has_tools(&RISC_V) {
-        let built = Command::new("make")
-            .args(["--silent", "rv32"])
-            .arg(format!("BUILD={}/firmware-rv32", env!("CARGO_TARGET_TMPDIR")))
-            .current_dir(firmware_folder())
-            .status()
-            .expect("make runs");
-        assert!(built.success(), "the library is compiled");
+        make(
+            "rv32",
+            &[concat!("BUILD=", env!("CARGO_TARGET_TMPDIR"), "/firmware-rv32")],
+        );
     }
 }
 
@@ -70,12 +57,11 @@ fn sketches_for_an_uno_compile() {
     if !test_run::is_long_for("Arduino sketches, compiled") || !has_tools(&[("avr-gcc", "gcc-avr")]) {
         return;
     }
-    for (what, there) in [
+    for (what, file) in [
         ("arduino-core-avr", core),
         ("avr-libc", "/usr/lib/avr/include/avr/io.h"),
     ] {
-        if !Path::new(there).exists() {
-            test_run::skip(what, &format!("Debian: apt install {what}"));
+        if !is_there(what, what, Path::new(file).exists()) {
             return;
         }
     }

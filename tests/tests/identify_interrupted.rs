@@ -2,11 +2,10 @@
 //! the terminal has agreed to.
 
 use haptic_ipc::RigState;
-use std::process::Command;
 use system_tests::commissioning::daemon;
 use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, status, timed, until};
+use system_tests::{Daemon, ctl_command, status, timed, until};
 
 /// How old a sample may be; and a device that stands still for longer, and for less than the pause before a motion is
 /// repeated.
@@ -17,20 +16,9 @@ const INTERRUPTION: &str = "stall 0.45";
 const QUESTION: &str = "repeat the chirp?";
 
 /// `haptic-ctl identify --run` on a terminal, with a chirp that outlasts the test; the person has agreed to the motion.
-fn identifying(daemon: &Daemon, resets: &str) -> Terminal {
-    let mut command = Command::new(binary("haptic-ctl"));
-    command
-        .args([
-            "identify",
-            "--run",
-            "--range-mm=100",
-            "--chirp-s=60",
-            "--resets",
-            resets,
-        ])
-        .arg("--socket")
-        .arg(daemon.socket());
-    let mut terminal = Terminal::start(command);
+fn identifying(daemon: &Daemon) -> Terminal {
+    let run = ["identify", "--run", "--range-mm=100", "--chirp-s=60", "--resets=1"];
+    let mut terminal = Terminal::start(ctl_command(daemon.socket(), &run));
     terminal.wait_for("the first question", |shown| shown.contains("Go on?"));
     terminal.type_in("y\n");
     terminal
@@ -55,19 +43,13 @@ fn question(shown: &str) -> bool {
     shown.trim_end().ends_with(&format!("{QUESTION} [y/N]"))
 }
 
-/// Answers the question with a yes.
-fn agree(terminal: &mut Terminal) {
-    terminal.type_in("y\n");
-    terminal.wait_for("the answer on the screen", |shown| !question(shown));
-}
-
 // hazard: F20
 #[test]
 fn motion_repeats_as_often_as_agreed_then_needs_consent() {
     timed("a motion that the link interrupts", || {
         let mut rig = FakeRig::start(&["--hand", "free"]);
         let (daemon, mut client) = daemon(&rig, &STALE);
-        let mut terminal = identifying(&daemon, "1");
+        let mut terminal = identifying(&daemon);
         pulls(&mut rig, &mut terminal);
         rig.fail(INTERRUPTION);
         // Once by itself: nobody types.
@@ -79,7 +61,8 @@ fn motion_repeats_as_often_as_agreed_then_needs_consent() {
         terminal.wait_for("the question", question);
         lets_go(&mut rig);
         assert_eq!(status(&mut client).state, RigState::Faulted);
-        agree(&mut terminal);
+        terminal.type_in("y\n");
+        terminal.wait_for("the answer on the screen", |shown| !question(shown));
         pulls(&mut rig, &mut terminal);
         let written = terminal.written();
         assert_eq!(written.matches("In 3 s the rig is reset").count(), 1, "{written}");

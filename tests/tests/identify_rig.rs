@@ -5,9 +5,10 @@ use haptic_ipc::{
     Client, ErrorCode, ExcitationEnd, IdentificationReply, LeaseReply, Request, RigState, Sample, SceneRef, StateReply,
 };
 use serde_json::Value;
-use system_tests::commissioning::{OWN, Ticks, daemon, let_go, renders_the_scene};
+use system_tests::commissioning::{OWN, Ticks, daemon, lease, let_go, renders_the_scene};
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, refused, status, timed, until_some, wait_for};
+use system_tests::recorded::read;
+use system_tests::{Daemon, plain, refused, status, timed, until_some, wait_for};
 
 /// To and fro over some millimetres, for many seconds.
 fn excitation() -> Excitation {
@@ -31,21 +32,17 @@ fn excitation() -> Excitation {
 /// A client that has the rig alone, of 100 mm of range.
 fn begun(daemon: &Daemon) -> Client {
     let mut client = daemon.client();
-    let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
-    let _: IdentificationReply = client
-        .request(Request::IdentifyBegin { range_m: Some(0.1) })
-        .expect("the rig is idle");
+    lease(&mut client);
+    let _: IdentificationReply = client.request(BEGIN).expect("the rig is idle");
     client
 }
+
+const BEGIN: Request = Request::IdentifyBegin { range_m: Some(0.1) };
 
 fn again() -> Request {
     Request::IdentifyExcite {
         excitation: excitation(),
     }
-}
-
-fn excite(client: &mut Client) {
-    let _: IdentificationReply = client.request(again()).expect("it is bounded");
 }
 
 fn identification(client: &mut Client) -> IdentificationReply {
@@ -62,7 +59,7 @@ fn after_it(client: &mut Client) -> IdentificationReply {
 /// A client whose excitation pulls.
 fn pulling(daemon: &Daemon) -> Client {
     let mut identifier = begun(daemon);
-    excite(&mut identifier);
+    let _: IdentificationReply = identifier.request(again()).expect("it is bounded");
     wait_for(&mut identifier, "a force", |status| status.command_force_n.abs() > 0.3);
     let reply = identification(&mut identifier);
     assert!(reply.moving, "{reply:?}");
@@ -81,11 +78,9 @@ fn is_over(row: &Sample) -> bool {
 #[test]
 fn a_longer_lease_ends_the_identification_and_its_force() {
     let daemon = Daemon::start(&["--hand=free"]);
-    let mut identifier = begun(&daemon);
-    excite(&mut identifier);
-    let _: LeaseReply = identifier
-        .request(Request::Lease { timeout_ms: 60_000 })
-        .expect("a lease");
+    let mut identifier = pulling(&daemon);
+    let longer = Request::Lease { timeout_ms: 60_000 };
+    let _: LeaseReply = identifier.request(longer).expect("a lease");
     wait_for(&mut identifier, "no force", |status| status.state == RigState::Idle);
     let ended = identification(&mut identifier).ended.expect("it has ended");
     assert!(ended.contains("60000 ms") && ended.contains("2000 ms"), "{ended}");
@@ -146,13 +141,7 @@ fn identify_reply_gives_handle_position_and_travel_limit() {
         (status.device_position_m - 0.08).abs() < 1e-3
     });
     let_go(&mut client);
-    let mut identifier = daemon.client();
-    let _: LeaseReply = identifier
-        .request(Request::Lease { timeout_ms: 2000 })
-        .expect("a lease");
-    let reply: IdentificationReply = identifier
-        .request(Request::IdentifyBegin { range_m: Some(0.1) })
-        .expect("the rig is idle");
+    let reply = identification(&mut begun(&daemon));
     assert!((reply.position_m - 0.08).abs() < 1e-3, "{reply:?}");
     assert!((reply.travel_limit_m - 0.05).abs() < 1e-3, "{reply:?}");
 }
@@ -183,13 +172,13 @@ fn unplugged_rig_ends_excitation_and_returns_without_force() {
 fn only_a_commissioned_rig_of_a_known_range_is_identified() {
     let rig = FakeRig::start(&OWN);
     let (daemon, mut client) = daemon(&rig, &[]);
-    let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
-    let error = refused(&mut client, Request::IdentifyBegin { range_m: Some(0.1) });
+    lease(&mut client);
+    let error = refused(&mut client, BEGIN);
     assert_eq!(error.code, ErrorCode::NotCommissioned, "{error}");
     drop((daemon, client, rig));
     let daemon = Daemon::start(&["--hand=free"]);
     let mut client = daemon.client();
-    let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+    lease(&mut client);
     let error = refused(&mut client, Request::IdentifyBegin { range_m: None });
     assert!(error.message.contains("range"), "{error}");
 }
@@ -199,7 +188,7 @@ fn only_a_commissioned_rig_of_a_known_range_is_identified() {
 fn identification_locks_out_others_and_names_exceeded_bound() {
     let daemon = Daemon::start(&["--hand=free"]);
     let mut other = daemon.client();
-    let error = refused(&mut other, Request::IdentifyBegin { range_m: Some(0.1) });
+    let error = refused(&mut other, BEGIN);
     assert!(error.message.contains("lease"), "{error}");
     let mut identifier = begun(&daemon);
     let by = status(&mut other).commissioning.expect("somebody").to_string();
@@ -207,9 +196,9 @@ fn identification_locks_out_others_and_names_exceeded_bound() {
         Request::engage(),
         Request::load(SceneRef::Name("viscous-drag".to_owned())),
         Request::commission(None),
-        Request::IdentifyBegin { range_m: Some(0.1) },
+        BEGIN,
     ] {
-        let _: LeaseReply = other.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+        lease(&mut other);
         let error = refused(&mut other, request);
         assert_eq!(error.code, ErrorCode::Commissioning, "{error}");
         assert!(
@@ -236,25 +225,8 @@ fn identification_locks_out_others_and_names_exceeded_bound() {
     }
     let ended: IdentificationReply = identifier.request(Request::IdentifyEnd {}).expect("it is ours");
     assert_eq!(ended.ended.as_deref(), Some("its client has ended it"));
-    let _: Value = other
-        .request(Request::set([("mass".to_owned(), 1.5)].into_iter().collect()))
-        .expect("the rig is everybody's again");
-}
-
-/// Runs `haptic-ctl identify` to its end; what it printed.
-fn identified(daemon: &Daemon, arguments: &[&str]) -> Value {
-    let usual = ["identify", "--yes", "--range-mm=100", "--chirp-s=6", "--ramps=1"];
-    daemon.ctl_json(&[&usual[..], arguments].concat())
-}
-
-/// A rig of 1.2 kg, 0.6 N and 2 N s/m, whose handle nobody holds.
-fn known_rig() -> Daemon {
-    Daemon::start(&[
-        "--hand=free",
-        "--rig-mass-kg=1.2",
-        "--rig-friction-n=0.6",
-        "--rig-damping-ns-per-m=2",
-    ])
+    let change = Request::set([("mass", 1.5)].into_iter().collect());
+    let _: Value = other.request(change).expect("the rig is everybody's again");
 }
 
 fn near(found: &Value, pointer: &str, truth: f64, tolerance: f64) {
@@ -267,10 +239,17 @@ fn near(found: &Value, pointer: &str, truth: f64, tolerance: f64) {
 }
 
 #[test]
-fn haptic_ctl_measures_the_rig_itself_and_keeps_it() {
-    timed("a rig that measures itself for half a minute", || {
-        let daemon = known_rig();
-        let rig = identified(&daemon, &["--rig"]);
+fn haptic_ctl_measures_the_rig_itself_and_its_load() {
+    timed("a rig that measures itself, and what is on it, for a minute", || {
+        // Nobody holds its handle.
+        let daemon = Daemon::start(&[
+            "--hand=free",
+            "--rig-mass-kg=1.2",
+            "--rig-friction-n=0.6",
+            "--rig-damping-ns-per-m=2",
+        ]);
+        let usual = ["identify", "--yes", "--range-mm=100", "--chirp-s=6", "--ramps=1"];
+        let rig = daemon.ctl_json(&[&usual[..], &["--rig"]].concat());
         println!("{rig}");
         near(&rig, "/mass_kg", 1.2, 0.03);
         for direction in ["positive", "negative"] {
@@ -280,30 +259,18 @@ fn haptic_ctl_measures_the_rig_itself_and_keeps_it() {
         let path = rig["path"].as_str().expect("a path");
         let kept = std::fs::read_to_string(path).expect("it is kept");
         assert!(kept.contains("mass_kg"), "{kept}");
-    });
-}
 
-#[test]
-fn haptic_ctl_identifies_rig_with_its_load_and_records_run() {
-    timed("a rig that measures what is on it for half a minute", || {
-        let daemon = known_rig();
         let directory = tempfile::tempdir().expect("a directory");
         let file = directory.path().join("run.csv");
-        let whole = identified(
-            &daemon,
-            &["--run", "--whole", "--record", file.to_str().expect("a path")],
-        );
+        let whole = ["--run", "--whole", "--record", plain(&file)];
+        let whole = daemon.ctl_json(&[&usual[..], &whole].concat());
         println!("{whole}");
         near(&whole, "/mass_kg", 1.2, 0.03);
-        let recording = haptic_recording::read(&file).expect("it is whole");
-        let excited = recording
-            .rows
-            .iter()
-            .filter(|row| row.input_flags >> 22 & 1 == 1)
-            .count();
+        let recording = read(&file);
+        let is_excited = |row: &&Sample| row.input_flags >> 22 & 1 == 1;
+        let excited = recording.rows.iter().filter(is_excited).count();
         assert!(excited > 10_000, "{excited} of {} rows", recording.rows.len());
         assert!(recording.metadata.notes.expect("notes").contains("drives the handle"));
-        let daemon_state = status(&mut daemon.client()).state;
-        assert_eq!(daemon_state, RigState::Idle);
+        assert_eq!(status(&mut daemon.client()).state, RigState::Idle);
     });
 }

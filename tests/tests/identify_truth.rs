@@ -114,15 +114,6 @@ fn of_rig(resolution_m: f64) -> IdentificationReply {
     }
 }
 
-#[track_caller]
-fn is_within(name: &str, value: f64, truth: f64, tolerance: f64) {
-    println!("{name}: {value:.4}, truly {truth}");
-    assert!(
-        (value - truth).abs() <= tolerance * truth,
-        "{name}: {value}, truly {truth}"
-    );
-}
-
 #[test]
 fn mass_friction_by_direction_and_cogging_of_a_rig_are_found() {
     let truth = RigProperties {
@@ -137,14 +128,19 @@ fn mass_friction_by_direction_and_cogging_of_a_rig_are_found() {
     let found = measured(truth);
     println!("{found:#?}");
     let friction = found.friction().expect("all of it was found");
-    is_within("mass, kg", friction.mass, 1.0, 0.02);
-    is_within("friction +, N", friction.dynamic_force.positive, 0.9, 0.02);
-    is_within("friction -, N", friction.dynamic_force.negative, 0.7, 0.02);
-    is_within("viscous +, N s/m", friction.viscous.positive, 3.0, 0.05);
-    is_within("viscous -, N s/m", friction.viscous.negative, 3.0, 0.05);
     let cogging = found.cogging.expect("it was found");
-    is_within("cogging, N", cogging.amplitude_n, 0.25, 0.05);
-    is_within("period, m", cogging.cogging.period_m, 0.006, 0.005);
-    // Against the positive axis: the plant's own force, the other way round.
-    is_within("its sine, N", cogging.cogging.harmonics[0].sine, 0.25, 0.05);
+    for (name, value, truth, within) in [
+        ("mass, kg", friction.mass, 1.0, 0.02),
+        ("friction +, N", friction.dynamic_force.positive, 0.9, 0.02),
+        ("friction -, N", friction.dynamic_force.negative, 0.7, 0.02),
+        ("viscous +, N s/m", friction.viscous.positive, 3.0, 0.05),
+        ("viscous -, N s/m", friction.viscous.negative, 3.0, 0.05),
+        ("cogging, N", cogging.amplitude_n, 0.25, 0.05),
+        ("period, m", cogging.cogging.period_m, 0.006, 0.005),
+        // Against the positive axis: the plant's own force, the other way round.
+        ("its sine, N", cogging.cogging.harmonics[0].sine, 0.25, 0.05),
+    ] {
+        let is_within = (value - truth).abs() <= within * truth;
+        assert!(is_within, "{name}: {value}, truly {truth}");
+    }
 }

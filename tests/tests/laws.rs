@@ -2,26 +2,16 @@
 
 use haptic_core::friction::Friction;
 use haptic_ipc::{Request, RigState, SceneReply};
-use std::path::{Path, PathBuf};
-use system_tests::{Daemon, status, wait_for, wait_for_state};
-
-fn ready_scenes() -> Vec<PathBuf> {
-    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
-    let mut scenes: Vec<PathBuf> = std::fs::read_dir(directory)
-        .expect("the scenes")
-        .map(|entry| entry.expect("an entry").path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
-        .collect();
-    scenes.sort();
-    scenes
-}
+use std::path::Path;
+use system_tests::{Daemon, files, plain, status, wait_for, wait_for_state};
 
 #[test]
 fn every_ready_scene_is_rendered_with_a_hand_on_it() {
-    let scenes = ready_scenes();
+    let mut scenes = files(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes")));
+    scenes.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
     assert!(scenes.len() >= 5, "{scenes:?}");
     for path in scenes {
-        let scene = path.to_str().expect("a plain path");
+        let scene = plain(&path);
         let hand = ["--hand-amplitude-m=0.02", "--hand-frequency-hz=1"];
         let daemon = Daemon::start(&["--scene", scene, hand[0], hand[1], "--force-limit-n=15"]);
         let mut client = daemon.client();

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use system_tests::files;
 
 fn read(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name);
@@ -22,16 +23,9 @@ fn every_file_is_a_module_of_one_binary() {
     let mut listed = [modules("system.rs"), modules("alone.rs")].concat();
     listed.extend(["alone", "system"].map(str::to_owned));
     listed.sort();
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
-    let mut files: Vec<String> = fs::read_dir(folder)
-        .expect("a folder")
-        .filter_map(|file| {
-            let name = file.expect("a file").file_name().into_string().expect("plain");
-            name.strip_suffix(".rs").map(str::to_owned)
-        })
-        .collect();
-    files.sort();
-    assert_eq!(listed, files);
+    let there = files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests"));
+    let names = there.iter().filter_map(|file| file.file_stem()?.to_str());
+    assert_eq!(listed, names.collect::<Vec<_>>());
 }
 
 #[test]

@@ -30,21 +30,24 @@ fn address_of(daemon: &Daemon) -> SocketAddr {
 }
 
 /// Sends bytes and returns the whole answer: its head and its body.
-fn ask(address: SocketAddr, request: &[u8]) -> (String, String) {
-    let mut stream = TcpStream::connect(address).expect("it serves");
-    stream.write_all(request).expect("it reads");
-    let mut answer = String::new();
-    stream.read_to_string(&mut answer).expect("text");
-    let (head, body) = answer.split_once("\r\n\r\n").expect("a head");
-    (head.to_owned(), body.to_owned())
+fn ask(address: SocketAddr, request: &str) -> (String, String) {
+    tried(address, request).expect("it serves")
 }
 
-fn get(address: SocketAddr, path: &str) -> (String, String) {
-    ask(address, format!("GET {path} HTTP/1.1\r\nHost: rig\r\n\r\n").as_bytes())
+/// The same where it may be too early.
+fn tried(address: SocketAddr, request: &str) -> Option<(String, String)> {
+    let mut stream = TcpStream::connect(address).ok()?;
+    stream.write_all(request.as_bytes()).ok()?;
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).ok()?;
+    let (head, body) = answer.split_once("\r\n\r\n")?;
+    Some((head.to_owned(), body.to_owned()))
 }
+
+const GET: &str = "GET /metrics HTTP/1.1\r\nHost: rig\r\n\r\n";
 
 fn scrape(address: SocketAddr) -> String {
-    let (head, body) = get(address, "/metrics");
+    let (head, body) = ask(address, GET);
     assert!(head.starts_with("HTTP/1.1 200 OK"), "{head}");
     body
 }
@@ -65,10 +68,14 @@ fn a_scrape_tells_state_force_faults_stops_and_times() {
     let mut client = daemon.client();
     pull_until(&mut client, |status| status.command_force_n.abs() > 3.0);
     let engaged = scrape(address);
-    assert_eq!(value(&engaged, "hapticd_state{state=\"engaged\"}"), 1.0);
-    assert_eq!(value(&engaged, "hapticd_state{state=\"idle\"}"), 0.0);
-    assert_eq!(value(&engaged, "hapticd_force_limit_newtons"), 20.0);
-    assert_eq!(value(&engaged, "hapticd_clients"), 1.0);
+    for (series, wanted) in [
+        ("hapticd_state{state=\"engaged\"}", 1.0),
+        ("hapticd_state{state=\"idle\"}", 0.0),
+        ("hapticd_force_limit_newtons", 20.0),
+        ("hapticd_clients", 1.0),
+    ] {
+        assert_eq!(value(&engaged, series), wanted, "{series}");
+    }
     let _: StateReply = client.request(Request::Stop {}).expect("a stop");
     wait_for_state(&mut client, RigState::Stopped);
     let stopped = scrape(address);
@@ -89,7 +96,7 @@ fn a_scrape_tells_state_force_faults_stops_and_times() {
     }
     assert!(value(&stopped, "hapticd_ticks_total") > value(&engaged, "hapticd_ticks_total"));
     // A Prometheus asks for OpenMetrics, which marks its end.
-    let asked = b"GET /metrics HTTP/1.1\r\nAccept: application/openmetrics-text;version=1.0.0,*/*;q=0.1\r\n\r\n";
+    let asked = "GET /metrics HTTP/1.1\r\nAccept: application/openmetrics-text;version=1.0.0,*/*;q=0.1\r\n\r\n";
     let (head, body) = ask(address, asked);
     assert!(
         head.contains("application/openmetrics-text") && body.ends_with("# EOF\n"),
@@ -116,9 +123,10 @@ fn a_fault_is_counted_by_its_code() {
 #[test]
 fn bad_metrics_requests_are_refused_and_block_nothing() {
     let (daemon, address) = daemon(&[]);
-    assert!(get(address, "/").0.starts_with("HTTP/1.1 404"));
-    let posted = ask(address, b"POST /metrics HTTP/1.1\r\n\r\n").0;
-    assert!(posted.starts_with("HTTP/1.1 405"), "{posted}");
+    for (line, refused) in [("GET /", "404"), ("POST /metrics", "405")] {
+        let (head, _) = ask(address, &format!("{line} HTTP/1.1\r\nHost: rig\r\n\r\n"));
+        assert!(head.starts_with(&format!("HTTP/1.1 {refused}")), "{head}");
+    }
     // More connections that say nothing than it has places: they are closed after 2 s.
     let silent: Vec<TcpStream> = (0..12)
         .map(|_| TcpStream::connect(address).expect("it serves"))
@@ -131,18 +139,8 @@ fn bad_metrics_requests_are_refused_and_block_nothing() {
         drop(stream.read(&mut [0; 1]));
     }
     until("the page is not served again", || {
-        get_status(address).starts_with("HTTP/1.1 200")
+        tried(address, GET).is_some_and(|(head, _)| head.starts_with("HTTP/1.1 200"))
     });
-}
-
-fn get_status(address: SocketAddr) -> String {
-    let Ok(mut stream) = TcpStream::connect(address) else {
-        return String::new();
-    };
-    drop(stream.write_all(b"GET /metrics HTTP/1.1\r\n\r\n"));
-    let mut answer = String::new();
-    drop(stream.read_to_string(&mut answer));
-    answer
 }
 
 #[test]
@@ -180,12 +178,9 @@ fn check(arguments: &[&str], text: &str) -> String {
         .stderr(Stdio::piped())
         .spawn()
         .expect("it starts");
-    child
-        .stdin
-        .take()
-        .expect("it is piped")
-        .write_all(text.as_bytes())
-        .expect("it reads");
+    let mut input = child.stdin.take().expect("it is piped");
+    input.write_all(text.as_bytes()).expect("it reads");
+    drop(input);
     let output = child.wait_with_output().expect("it ends");
     let printed = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
     assert!(output.status.success(), "{printed}");
@@ -200,9 +195,8 @@ fn queries() -> Vec<String> {
     let targets = panels
         .iter()
         .flat_map(|panel| panel["targets"].as_array().expect("targets"));
-    targets
-        .map(|target| target["expr"].as_str().expect("a query").replace("$rig", ".*"))
-        .collect()
+    let query = |target: &Value| target["expr"].as_str().expect("a query").replace("$rig", ".*");
+    targets.map(query).collect()
 }
 
 #[test]
@@ -230,41 +224,32 @@ fn promtool_accepts_metrics_and_rules_use_only_scraped_names() {
         assert!(scraped.contains(label), "{label} is not scraped");
     }
     let directory = tempfile::tempdir().expect("a directory");
-    let rules = directory.path().join("dashboard.yml");
+    let put = |name: &str, text: String| {
+        let path = directory.path().join(name);
+        fs::write(&path, text).expect("written");
+        path
+    };
     let mut text = "groups:\n- name: dashboard\n  rules:\n".to_owned();
     for (number, query) in queries().iter().enumerate() {
-        text.push_str(&format!(
-            "  - record: panel:{number}\n    expr: {}\n",
-            serde_json::to_string(query).expect("text")
-        ));
+        let query = serde_json::to_string(query).expect("text");
+        text.push_str(&format!("  - record: panel:{number}\n    expr: {query}\n"));
     }
-    fs::write(&rules, text).expect("written");
-    check(&["check", "rules", plain(&rules)], "");
-    let configuration = directory.path().join("prometheus.yml");
+    check(&["check", "rules", plain(&put("dashboard.yml", text))], "");
     let packaged = fs::read_to_string(Path::new(PACKAGED).join("prometheus.yml")).expect("it is packaged");
-    let packaged = packaged.replace("/usr/share/doc/hapticd/examples/monitoring", PACKAGED);
-    fs::write(
-        &configuration,
-        packaged.replace("/etc/prometheus/rigs/*.yml", &format!("{PACKAGED}/rigs.yml")),
-    )
-    .expect("written");
+    let packaged = packaged
+        .replace("/usr/share/doc/hapticd/examples/monitoring", PACKAGED)
+        .replace("/etc/prometheus/rigs/*.yml", &format!("{PACKAGED}/rigs.yml"));
+    let configuration = put("prometheus.yml", packaged);
     let printed = check(&["check", "config", plain(&configuration)], "");
     assert!(printed.contains("SUCCESS") && !printed.contains("WARNING"), "{printed}");
 
     let alerts = fs::read_to_string(alerts).expect("it is packaged");
-    let named = |text: &str| -> Vec<String> {
-        let words = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-        words
-            .filter(|word| word.starts_with("hapticd_"))
-            .map(str::to_owned)
-            .collect()
-    };
-    for metric in named(&format!("{alerts} {}", queries().join(" "))) {
+    let used = format!("{alerts} {}", queries().join(" "));
+    let words = used.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+    for metric in words.filter(|word| word.starts_with("hapticd_")) {
         // A counter of what has not happened yet has no series.
         let family = metric.trim_end_matches("_bucket");
-        assert!(
-            scraped.contains(&format!("# TYPE {family} ")),
-            "{metric} is not scraped"
-        );
+        let is_scraped = scraped.contains(&format!("# TYPE {family} "));
+        assert!(is_scraped, "{metric} is not scraped");
     }
 }

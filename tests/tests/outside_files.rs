@@ -1,12 +1,12 @@
 //! Files that anybody may have put where the daemon reads: none keeps it waiting, and none fills its memory.
 
-use haptic_ipc::{ErrorCode, Request, RigState, SceneListReply, SceneRef, SceneSaveReply, StateReply};
+use haptic_ipc::{ErrorCode, Request, RigState, SceneListReply, SceneRef, StateReply};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use rustix::process::Signal;
 use std::fs;
 use std::process::Command;
 use std::time::{Duration, Instant};
-use system_tests::{Daemon, binary, ctl, is_refused, refused, stalled, wait_for_state};
+use system_tests::{Daemon, binary, is_refused, plain, refused, stalled, wait_for_state};
 
 // hazard: H14
 #[test]
@@ -15,14 +15,8 @@ fn bad_scene_files_are_refused_at_once() {
     let folder = daemon.scene_dir();
     fs::create_dir_all(&folder).expect("a directory");
     // Of the kinds that are none to read, the one that would keep a reader waiting for ever.
-    mknodat(
-        CWD,
-        folder.join("fifo.toml"),
-        FileType::Fifo,
-        Mode::from_raw_mode(0o600),
-        0,
-    )
-    .expect("a FIFO");
+    let (fifo, mode) = (folder.join("fifo.toml"), Mode::from_raw_mode(0o600));
+    mknodat(CWD, fifo, FileType::Fifo, mode, 0).expect("a FIFO");
     let mut client = daemon.client();
     let error = refused(&mut client, Request::load(SceneRef::Name("fifo".to_owned())));
     assert_eq!(error.code, ErrorCode::SceneFile, "{error}");
@@ -31,18 +25,9 @@ fn bad_scene_files_are_refused_at_once() {
         "{error}"
     );
     let list: SceneListReply = client.request(Request::SceneList {}).expect("a list");
-    let listed = list
-        .scenes
-        .iter()
-        .find(|scene| scene.name == "fifo")
-        .expect("it is there");
-    assert!(
-        listed
-            .problem
-            .as_ref()
-            .is_some_and(|problem| problem.contains("a FIFO")),
-        "{listed:?}"
-    );
+    let listed = list.scenes.iter().find(|scene| scene.name == "fifo");
+    let problem = listed.and_then(|scene| scene.problem.as_deref());
+    assert!(problem.is_some_and(|problem| problem.contains("a FIFO")), "{listed:?}");
 }
 
 // hazard: H14
@@ -57,12 +42,9 @@ fn stalled_disk_delays_neither_stop_nor_shutdown() {
     // More of them than it has threads for.
     let mut waiting: Vec<_> = (0..6).map(|_| daemon.raw()).collect();
     for (index, raw) in waiting.iter_mut().enumerate() {
-        let save = format!("{{\"id\":1,\"op\":\"scene.save\",\"name\":\"mine {index}\"}}\n");
-        raw.send(if index % 2 == 0 {
-            save
-        } else {
-            "{\"id\":1,\"op\":\"scene.list\"}\n".to_owned()
-        });
+        let save = format!(r#""scene.save","name":"mine {index}""#);
+        let op = if index % 2 == 0 { &save } else { r#""scene.list""# };
+        raw.send(format!("{{\"id\":1,\"op\":{op}}}\n"));
     }
     let asked = Instant::now();
     let stopped: StateReply = client.request(Request::Stop {}).expect("a stop");
@@ -103,17 +85,12 @@ fn a_name_longer_than_the_history_may_hold_is_refused() {
         .expect("it has a name");
     let long = format!("name = \"{}\"", "x".repeat(300));
     fs::write(&path, scene.replace(name, &long)).expect("a file");
-    let path = path.to_str().expect("a plain path");
+    let path = plain(&path);
     is_refused("load", &daemon.ctl(&["scene", "load", path]), 1, &["300 bytes", "256"]);
     let begun = Command::new(binary("hapticd"))
         .args(["--device", "fake", "--scene", path])
         .output();
     is_refused("begin", &begun.expect("it starts"), 2, &["300 bytes", "256"]);
-    let saved: Result<SceneSaveReply, _> = daemon.client().request(Request::SceneSave {
-        name: "short".to_owned(),
-        scene: None,
-        replace: false,
-    });
-    assert!(saved.is_ok(), "{saved:?}");
-    assert!(ctl(daemon.socket(), &["scene", "load", "short"]).status.success());
+    daemon.ctl_ok(&["scene", "save", "short"]);
+    daemon.ctl_ok(&["scene", "load", "short"]);
 }

@@ -10,7 +10,7 @@ use std::process::{Command, Output};
 use std::time::Instant;
 use system_tests::links::dead_ends;
 use system_tests::pid1::{Machine, PACKAGE};
-use system_tests::{binary, package, pull_until, status, stderr, wait_for_state};
+use system_tests::{binary, files, package, plain, pull_until, status, stderr, text, wait_for_state};
 
 const PACKAGING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../packaging");
 
@@ -140,14 +140,9 @@ fn removed_and_purged_it_leaves_nothing() {
     machine.run_ok(&["systemctl", "start", "hapticd"]);
     machine.run_ok(&["haptic-ctl", "scene", "save", "mine"]);
     machine.run_ok(&["dpkg", "--remove", "hapticd"]);
-    assert!(
-        machine.path("/etc/hapticd/hapticd.toml").exists(),
-        "configuration is kept until the purge"
-    );
-    assert!(
-        machine.path("/var/lib/hapticd/scenes/mine.toml").exists(),
-        "so are scenes"
-    );
+    for kept in ["/etc/hapticd/hapticd.toml", "/var/lib/hapticd/scenes/mine.toml"] {
+        assert!(machine.path(kept).exists(), "{kept} is kept until the purge");
+    }
     assert_eq!(state_of(&machine, "hapticd.socket"), "inactive");
     machine.run_ok(&["dpkg", "--purge", "hapticd"]);
     for place in [
@@ -163,10 +158,7 @@ fn removed_and_purged_it_leaves_nothing() {
 
 #[test]
 fn lintian_finds_no_error() {
-    if !test_run::is_long_for("the packages under lintian") {
-        return;
-    }
-    if !test_run::has(&["lintian"]) {
+    if !test_run::is_long_for("the packages under lintian") || !test_run::has(&["lintian"]) {
         return;
     }
     let built = match package::hapticd().and_then(|hapticd| Ok([hapticd, package::haptic_gui()?])) {
@@ -175,12 +167,8 @@ fn lintian_finds_no_error() {
     };
     // What ran before an upgrade is started again although it is not enabled, which deb-systemd-invoke would not do.
     let output = Command::new("lintian")
-        .args([
-            "--fail-on=error,warning",
-            "--allow-root",
-            "--suppress-tags",
-            "maintainer-script-calls-systemctl",
-        ])
+        .args(["--fail-on=error,warning", "--allow-root"])
+        .args(["--suppress-tags", "maintainer-script-calls-systemctl"])
         .args(built)
         .output();
     let output = output.expect("it was asked for its version");
@@ -191,28 +179,21 @@ fn lintian_finds_no_error() {
 #[test]
 fn a_desktop_can_show_the_panel() {
     let metadata = Path::new(PACKAGING).join("gui");
-    let checks = [
-        (
-            "desktop-file-utils",
-            "desktop-file-validate",
-            &[][..],
-            "haptic-gui.desktop",
-        ),
+    for (package, line) in [
+        ("desktop-file-utils", "desktop-file-validate haptic-gui.desktop"),
         (
             "appstream",
-            "appstreamcli",
-            &["validate", "--no-net"],
-            "io.github.hapticd.haptic-gui.metainfo.xml",
+            "appstreamcli validate --no-net io.github.hapticd.haptic-gui.metainfo.xml",
         ),
-    ];
-    for (package, program, arguments, file) in checks {
-        if !test_run::is_there(program) {
+    ] {
+        let words: Vec<&str> = line.split(' ').collect();
+        if !test_run::is_there(words[0]) {
             test_run::skip(package, &format!("Debian: apt install {package}"));
             continue;
         }
-        let output = Command::new(program).args(arguments).arg(metadata.join(file)).output();
+        let output = Command::new(words[0]).args(&words[1..]).current_dir(&metadata).output();
         let output = output.expect("it starts");
-        assert!(output.status.success(), "{program}: {output:?}");
+        assert!(output.status.success(), "{line}: {output:?}");
     }
 }
 
@@ -272,11 +253,11 @@ fn dead_links_of_packaged_documents(programs: &Path) -> Vec<String> {
     for (from, ending, to) in assets {
         let to = installed.path().join(to);
         fs::create_dir_all(&to).expect("a directory");
-        for entry in fs::read_dir(&from).expect("it is generated").flatten() {
-            let path = to.join(entry.file_name());
-            if entry.path().is_file() && path.to_string_lossy().ends_with(&ending) {
-                fs::copy(entry.path(), &path).expect("a copy");
-                pages.push(path);
+        for file in files(&from) {
+            // Those of a folder in it are assets of their own.
+            if file.parent() == Some(&from) && plain(&file).ends_with(&ending) {
+                pages.push(to.join(file.file_name().expect("a name")));
+                fs::copy(&file, &pages[pages.len() - 1]).expect("a copy");
             }
         }
     }
@@ -289,86 +270,64 @@ fn dead_links_of_packaged_documents(programs: &Path) -> Vec<String> {
 #[test]
 fn a_rig_that_is_plugged_in_is_known_by_its_configuration() {
     let rigs = tempfile::tempdir().expect("a directory");
-    let write = |name: &str, text: &str| fs::write(rigs.path().join(name), text).expect("written");
-    let put = |name: &str, device: &str| {
+    for (name, device) in [
+        (
+            "@left",
+            r#""serial:/dev/serial/by-id/usb-Example_Rig_0001-if00?baud=500000""#,
+        ),
+        ("@right", "'hid:1209:000A:AB12'"),
+        ("@any", r#""hid:1209:0002""#),
+        (
+            "@odd",
+            r#""odrive:/dev/serial/by-id/usb-ODrive_3-if00?radius_mm=5&torque_limit_nm=0.1""#,
+        ),
+        ("@bad name", r#""serial:/dev/serial/by-id/usb-bad""#),
+        ("@refused", "\"serial:/dev/serial/by-id/usb-refused\"\nno-option = 1"),
+        ("", "'serial:/dev/serial/by-id/usb-single'"),
+    ] {
         let content = format!("# device = \"serial:/dev/ttyS0\"\nrate = 2000\n device={device} # the rig\n");
-        write(name, &content);
-    };
-    put(
-        "hapticd@left.toml",
-        r#""serial:/dev/serial/by-id/usb-Example_Rig_0001-if00?baud=500000""#,
-    );
-    put("hapticd@right.toml", "'hid:1209:000A:AB12'");
-    put("hapticd@any.toml", r#""hid:1209:0002""#);
-    put(
-        "hapticd@odd.toml",
-        r#""odrive:/dev/serial/by-id/usb-ODrive_3-if00?radius_mm=5&torque_limit_nm=0.1""#,
-    );
-    put("hapticd@bad name.toml", r#""serial:/dev/serial/by-id/usb-bad""#);
-    put("hapticd.toml", "'serial:/dev/serial/by-id/usb-single'");
-    write(
-        "hapticd@refused.toml",
-        "no-option = 1\ndevice = \"serial:/dev/serial/by-id/usb-refused\"\n",
-    );
-    write("hapticd@none.toml", "rate = 2000\n");
+        fs::write(rigs.path().join(format!("hapticd{name}.toml")), content).expect("written");
+    }
+    fs::write(rigs.path().join("hapticd@none.toml"), "rate = 2000\n").expect("written");
     let helper = Path::new(PACKAGING).join("rig-of-device");
-    assert_eq!(
-        fs::metadata(&helper).expect("it is there").permissions().mode() & 0o111,
-        0o111
-    );
-    let rig_of = |links: &[&str], identity: [&str; 3]| {
+    let mode = fs::metadata(&helper).expect("it is there").permissions().mode();
+    assert_eq!(mode & 0o111, 0o111);
+    // The links of a port, which udev names with and without /dev/; those of a USB device, before it has a port; and
+    // what a HID device says of itself.
+    for (links, identity, rig) in [
+        (
+            "serial/by-path/p serial/by-id/usb-Example_Rig_0001-if00",
+            "",
+            Some("left"),
+        ),
+        ("/dev/serial/by-id/usb-Example_Rig_0001-if00", "", Some("left")),
+        ("serial/by-id/usb-Example_Rig_0001-if*", "", Some("left")),
+        ("serial/by-id/usb-ODrive_3-if00", "", Some("odd")),
+        ("", "1209 000a ab12", Some("right")),
+        ("", "1209 000a other", None),
+        ("", "1209 0002 anything", Some("any")),
+        // The one rig has no service of its own.
+        ("serial/by-id/usb-single", "", Some("")),
+        ("serial/by-id/usb-Example_Rig_0001", "", None),
+        ("serial/by-id/usb-bad", "", None),
+        ("serial/by-id/usb-refused", "", None),
+        ("", "", None),
+    ] {
+        let names = ["ID_VENDOR_ID", "ID_MODEL_ID", "ID_SERIAL_SHORT"];
         let output = Command::new(&helper)
-            .args(links)
+            .args(links.split_whitespace())
             .env("HAPTICD_RIGS", rigs.path())
             .env("HAPTICD", binary("hapticd"))
-            .envs(
-                ["ID_VENDOR_ID", "ID_MODEL_ID", "ID_SERIAL_SHORT"]
-                    .into_iter()
-                    .zip(identity),
-            )
+            .envs(names.into_iter().zip(identity.split(' ').chain(["", ""])))
             .output()
             .expect("there is a shell");
         assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
-        let printed = String::from_utf8(output.stdout).expect("text");
-        let (configured, rig) = printed.split_once('\n').unwrap_or_default();
-        assert!(printed.is_empty() || configured == "HAPTICD_CONFIGURED=1", "{printed}");
-        (!printed.is_empty()).then(|| rig.trim_end().to_owned())
-    };
-    let no_identity = ["", "", ""];
-    for (links, identity, expected) in [
-        // udev names links with and without /dev/.
-        (
-            &["serial/by-path/p", "serial/by-id/usb-Example_Rig_0001-if00"][..],
-            no_identity,
-            Some("HAPTICD_RIG=left"),
-        ),
-        (
-            &["/dev/serial/by-id/usb-Example_Rig_0001-if00"],
-            no_identity,
-            Some("HAPTICD_RIG=left"),
-        ),
-        // The USB device, before it has a port.
-        (
-            &["serial/by-id/usb-Example_Rig_0001-if*"],
-            no_identity,
-            Some("HAPTICD_RIG=left"),
-        ),
-        (
-            &["serial/by-id/usb-ODrive_3-if00"],
-            no_identity,
-            Some("HAPTICD_RIG=odd"),
-        ),
-        (&[], ["1209", "000a", "ab12"], Some("HAPTICD_RIG=right")),
-        (&[], ["1209", "000a", "other"], None),
-        (&[], ["1209", "0002", "anything"], Some("HAPTICD_RIG=any")),
-        // The one rig has no service of its own.
-        (&["serial/by-id/usb-single"], no_identity, Some("")),
-        (&["serial/by-id/usb-Example_Rig_0001"], no_identity, None),
-        (&["serial/by-id/usb-bad"], no_identity, None),
-        (&["serial/by-id/usb-refused"], no_identity, None),
-        (&[], no_identity, None),
-    ] {
-        assert_eq!(rig_of(links, identity).as_deref(), expected, "{links:?} {identity:?}");
+        let expected = match rig {
+            None => String::new(),
+            Some("") => "HAPTICD_CONFIGURED=1\n".to_owned(),
+            Some(rig) => format!("HAPTICD_CONFIGURED=1\nHAPTICD_RIG={rig}\n"),
+        };
+        assert_eq!(text(&output.stdout), expected, "{links} {identity}");
     }
 }
 

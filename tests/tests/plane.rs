@@ -2,13 +2,12 @@
 //! commissioned before it pulls.
 
 use haptic_ipc::{
-    AdviceReply, Client, CommissionReply, ErrorCode, Event, LeaseReply, LossSource, Request, RigState, Sample, SampleY,
-    StateReply, Status, Topic,
+    AdviceReply, Client, CommissionReply, ErrorCode, Event, LossSource, Request, RigState, Sample, SampleY, StateReply,
+    Status, Topic,
 };
-use std::path::PathBuf;
-use system_tests::commissioning::daemon as idle_daemon;
+use system_tests::commissioning::{daemon as idle_daemon, lease};
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, engage, refused, status, subscribe, timed, until_some, wait_for};
+use system_tests::{Daemon, engage, refused, status, subscribe, timed, until_some, wait_for, wait_for_state};
 
 const FIVE_BAR: &str = r#"
 kinematics = "five-bar"
@@ -62,36 +61,31 @@ fn circle_on_the_gantry_feels_friction_against_its_motion() {
 #[test]
 fn what_a_rig_of_two_axes_has_not_is_refused_by_name() {
     let daemon = Daemon::start_on("fake", &["--kinematics", "xy"]);
-    daemon.ctl_refused(
-        &["set", "Fs+=5"],
-        1,
-        "static_force differs by direction, and in the plane there is none",
-    );
-    daemon.ctl_refused(
-        &["scene", "load", "lugre"],
-        1,
-        "the law `lugre` is for a rig of one axis",
-    );
-    daemon.ctl_refused(&["home"], 1, "only kinematics with `home_deg` have one");
+    for (line, why) in [
+        (
+            "set Fs+=5",
+            "static_force differs by direction, and in the plane there is none",
+        ),
+        ("scene load lugre", "the law `lugre` is for a rig of one axis"),
+        ("home", "only kinematics with `home_deg` have one"),
+    ] {
+        daemon.ctl_refused(&line.split(' ').collect::<Vec<_>>(), 1, why);
+    }
     let mut client = daemon.client();
     let error = refused(&mut client, Request::commission(None));
     assert_eq!(error.code, ErrorCode::NotApplicable, "{error}");
     assert!(error.message.contains("name `motor` 1 or 2"), "{error}");
 }
 
-/// A five-bar linkage whose hand rests in the home pose, and the file of its kinematics.
-fn five_bar(directory: &tempfile::TempDir, more: &[&str]) -> (FakeRig, PathBuf) {
+/// A five-bar linkage whose hand rests in the home pose, and the option of its kinematics.
+fn five_bar(directory: &tempfile::TempDir, more: &[&str]) -> (FakeRig, String) {
     let file = directory.path().join("five-bar.toml");
     std::fs::write(&file, FIVE_BAR).expect("a file");
-    let kinematics = [
-        "--kinematics",
-        file.to_str().expect("text"),
-        "--firmware-name",
-        "mine 1.0#a1",
-    ];
-    let mut rig = FakeRig::start(&[&kinematics, more].concat());
+    let kinematics = format!("--kinematics={}", file.display());
+    let options = [&kinematics, "--firmware-name=mine 1.0#a1"];
+    let mut rig = FakeRig::start(&[&options, more].concat());
     rig.fail("hand-rests on");
-    (rig, file)
+    (rig, kinematics)
 }
 
 #[test]
@@ -140,19 +134,18 @@ fn five_bar_pulls_only_once_it_is_homed_and_commissioned() {
 
 fn homed_commissioned_and_engaged() {
     let directory = tempfile::tempdir().expect("a directory");
-    let (mut rig, file) = five_bar(&directory, &[]);
-    let (daemon, mut client) = idle_daemon(&rig, &["--kinematics", file.to_str().expect("text")]);
-    let error = refused(&mut client, Request::engage());
-    assert!(
-        error.message.contains("the home pose of the rig is not known"),
-        "{error}"
-    );
+    let (mut rig, kinematics) = five_bar(&directory, &[]);
+    let (daemon, mut client) = idle_daemon(&rig, &[&kinematics]);
+    let is_not_engaged = |client: &mut Client, why: &str| {
+        let error = refused(client, Request::engage());
+        assert!(error.message.contains(why), "{error}");
+        error.code
+    };
+    is_not_engaged(&mut client, "the home pose of the rig is not known");
     homed_and_let_go(&mut rig, &daemon, &mut client);
-    let error = refused(&mut client, Request::engage());
-    assert_eq!(error.code, ErrorCode::NotCommissioned);
-    assert!(error.message.contains("motor 1"), "{error}");
+    assert_eq!(is_not_engaged(&mut client, "motor 1"), ErrorCode::NotCommissioned);
     let mut other = daemon.client();
-    let _: LeaseReply = other.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+    lease(&mut other);
     let _: CommissionReply = other.request(Request::commission(Some(1))).expect("the rig is idle");
     daemon.ctl_refused(&["home"], 1, "cannot take the home pose");
     drop(other);
@@ -160,8 +153,7 @@ fn homed_commissioned_and_engaged() {
         status.commissioning.is_none()
     });
     daemon.ctl_ok(&["commission", "--motor", "1", "--yes"]);
-    let error = refused(&mut client, Request::engage());
-    assert!(error.message.contains("motor 2"), "{error}");
+    is_not_engaged(&mut client, "motor 2");
     daemon.ctl_ok(&["commission", "--motor", "2", "--yes"]);
     // 0.3 kg and 0.1 N at the hand, in all directions; friction counts as at the motors.
     let advice: AdviceReply = client.request(Request::Advise {}).expect("advice");
@@ -186,10 +178,9 @@ fn homed_commissioned_and_engaged() {
     wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
     drop(daemon);
     // Another connection, another home.
-    let (_daemon, mut client) = idle_daemon(&rig, &["--kinematics", file.to_str().expect("text")]);
+    let (_daemon, mut client) = idle_daemon(&rig, &[&kinematics]);
     assert_eq!(status(&mut client).device.homed, Some(false));
-    let error = refused(&mut client, Request::engage());
-    assert!(error.message.contains("home pose"), "{error}");
+    is_not_engaged(&mut client, "home pose");
 }
 
 // hazard: H33
@@ -209,8 +200,8 @@ fn wired_wrongly() {
     ];
     for (wiring, motor, why) in wrong {
         let directory = tempfile::tempdir().expect("a directory");
-        let (mut rig, file) = five_bar(&directory, wiring);
-        let (daemon, mut client) = idle_daemon(&rig, &["--kinematics", file.to_str().expect("text")]);
+        let (mut rig, kinematics) = five_bar(&directory, wiring);
+        let (daemon, mut client) = idle_daemon(&rig, &[&kinematics]);
         if wiring[0] == "--swapped" {
             daemon.ctl_ok(&["home"]);
             let place = |status: &Status| (status.device_position_m, status.device_position_y_m.unwrap_or_default());
@@ -233,13 +224,12 @@ fn wired_wrongly() {
 fn pulse_is_not_given_where_the_hand_was_before_the_ramp() {
     timed("a hand that leaves the workspace while the rig engages", || {
         let directory = tempfile::tempdir().expect("a directory");
-        let (mut rig, file) = five_bar(&directory, &[]);
-        let kinematics = ["--kinematics", file.to_str().expect("text"), "--ramp-ms", "1900"];
-        let daemon = Daemon::start_strictly_on(&rig.address(), &kinematics);
+        let (mut rig, kinematics) = five_bar(&directory, &[]);
+        let daemon = Daemon::start_strictly_on(&rig.address(), &[&kinematics, "--ramp-ms=1900"]);
         let mut client = daemon.client();
-        wait_for(&mut client, "an idle rig", |status| status.state == RigState::Idle);
+        wait_for_state(&mut client, RigState::Idle);
         homed_and_let_go(&mut rig, &daemon, &mut client);
-        let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+        lease(&mut client);
         let _: CommissionReply = client.request(Request::commission(Some(1))).expect("the rig is idle");
         // It is taken home, which is outside.
         rig.fail("hand-rests on");

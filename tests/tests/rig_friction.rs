@@ -1,9 +1,8 @@
 //! The rig's own friction as the programs know it: identified, read again, used, compensated.
 
-use haptic_ipc::{AdviceReply, Client, ErrorCode, LossSource, Request, RigState, Status, Topic};
+use haptic_ipc::{AdviceBasis, AdviceReply, Client, ErrorCode, LossSource, Request, RigFrictionStatus, Topic};
 use std::path::Path;
-use std::process::Command;
-use system_tests::{Daemon, binary, ctl_offline_json, engage, plain, refused, status, subscribe, wait_for};
+use system_tests::{Daemon, ctl_offline_json, engage, plain, refused, status, subscribe, until_some};
 
 /// Leaves what was identified of the fake rig in a state directory, as the daemon does.
 fn identified(directory: &Path, friction: &str) {
@@ -21,22 +20,23 @@ const FRICTION: &str = "mass_kg = 1.4\ndynamic_force_N = { positive = 0.8, negat
 
 /// A daemon with the rig in its process, whose state outlives it.
 fn daemon(directory: &Path, arguments: &[&str]) -> (Daemon, Client) {
-    let mut command = Command::new(binary("hapticd"));
-    command
-        .args(["--device", "fake"])
-        .arg("--state-dir")
-        .arg(directory.join("state"))
-        .args(arguments);
-    let daemon = Daemon::spawn(command, &directory.join("run/control.sock"));
+    let daemon = Daemon::start_in(directory, "fake", arguments);
     let client = daemon.client();
     (daemon, client)
 }
 
-fn known(client: &mut Client) -> Status {
-    wait_for(client, "its friction is read", |status| {
-        let friction = status.device.rig_friction.as_ref();
-        friction.is_some_and(|friction| friction.identified.is_some())
+/// What the daemon says of the rig's friction, once it has read what was identified.
+fn known(client: &mut Client) -> RigFrictionStatus {
+    until_some("its friction is not read", || {
+        let friction = status(client).device.rig_friction;
+        friction.filter(|friction| friction.identified.is_some())
     })
+}
+
+/// What the advice is based on.
+fn basis(client: &mut Client) -> AdviceBasis {
+    let advice: AdviceReply = client.request(Request::Advise {}).expect("advice");
+    advice.basis.expect("a basis")
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn what_was_identified_is_used_and_an_option_overrides_it() {
     drop(without);
     identified(directory.path(), FRICTION);
     let (with, mut client) = daemon(directory.path(), &[]);
-    let friction = known(&mut client).device.rig_friction.expect("it is reported");
+    let friction = known(&mut client);
     assert_eq!(
         (friction.friction_n, friction.friction_from),
         (0.7, LossSource::Identified)
@@ -63,11 +63,7 @@ fn what_was_identified_is_used_and_an_option_overrides_it() {
         (0.5, LossSource::Identified)
     );
     assert_eq!(friction.identified.expect("identified").mass, 1.4);
-    let basis = client
-        .request::<AdviceReply>(Request::Advise {})
-        .expect("advice")
-        .basis
-        .expect("a basis");
+    let basis = basis(&mut client);
     assert_eq!((basis.friction_n, basis.friction_from), (0.7, LossSource::Identified));
     let printed = with.ctl_ok(&["status"]);
     assert!(
@@ -79,7 +75,7 @@ fn what_was_identified_is_used_and_an_option_overrides_it() {
 
     drop(with);
     let (_option, mut client) = daemon(directory.path(), &["--rig-friction-n", "0.3"]);
-    let friction = known(&mut client).device.rig_friction.expect("it is reported");
+    let friction = known(&mut client);
     assert_eq!((friction.friction_n, friction.friction_from), (0.3, LossSource::Option));
     assert_eq!(
         (friction.damping_ns_per_m, friction.damping_from),
@@ -99,26 +95,19 @@ fn friction_that_was_not_identified_is_not_compensated() {
 #[test]
 fn the_share_is_felt_shown_and_recorded() {
     let directory = tempfile::tempdir().expect("a directory");
-    identified(
-        directory.path(),
-        "mass_kg = 1.4\ndynamic_force_N = 0.8\nviscous_Ns_per_m = 0",
-    );
+    let friction = "mass_kg = 1.4\ndynamic_force_N = 0.8\nviscous_Ns_per_m = 0";
+    identified(directory.path(), friction);
     let (daemon, mut client) = daemon(directory.path(), &["--compensate", "0.5"]);
-    let friction = known(&mut client).device.rig_friction.expect("it is reported");
+    let friction = known(&mut client);
     assert_eq!(friction.compensated_share, Some(0.5));
     let printed = daemon.ctl_ok(&["status"]);
     assert!(printed.contains("0.5 of it compensated"), "{printed}");
-    let basis = client
-        .request::<AdviceReply>(Request::Advise {})
-        .expect("advice")
-        .basis
-        .expect("a basis");
+    let basis = basis(&mut client);
     assert!((basis.friction_n - 0.4).abs() < 1e-12 && basis.compensated_share == Some(0.5));
     let file = directory.path().join("session.mcap");
     let mut recorder = daemon.recorder(&file, &["--for", "2s"]);
     system_tests::recorded::wait_for_rows(&file, 300);
     engage(&mut client);
-    wait_for(&mut client, "engaged", |status| status.state == RigState::Engaged);
     let compensation = subscribe(&mut client, &[Topic::Samples])
         .servo
         .expect("its settings")

@@ -1,16 +1,16 @@
-//! `haptic-ctl study`: a whole study by simulated operators, killed and resumed.
+//! `haptic-ctl study`: a whole study by simulated operators, interrupted, and analysed.
 
 use rustix::process::Signal;
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use system_tests::{binary, ctl_offline, ctl_offline_refused, plain, process, stderr, text};
+use system_tests::{
+    ctl_command, ctl_offline, ctl_offline_json, ctl_offline_refused, files, plain, process, stderr, text,
+};
 
-/// The program's own targeting task, of two conditions, two resistances and so many trials a segment.
-pub(crate) fn small_plan(folder: &Path, trials: u32) -> PathBuf {
+/// The program's own targeting task, of two conditions, two resistances and two trials a segment.
+fn small_plan(folder: &Path) -> PathBuf {
     let plan = text(&ctl_offline(&["study", "plan", "fitts"]).stdout);
-    let plan = plan.replace("trials_per_segment = 8", &format!("trials_per_segment = {trials}"));
+    let plan = plan.replace("trials_per_segment = 8", "trials_per_segment = 2");
     let (head, rest) = plan
         .split_once("[[conditions]]\nname = \"3\"")
         .expect("a third condition");
@@ -21,59 +21,33 @@ pub(crate) fn small_plan(folder: &Path, trials: u32) -> PathBuf {
     path
 }
 
-fn study(plan: &str, out: &Path, more: &[&str]) -> Vec<String> {
-    let two = ["--operator=simulated", "--subjects=2", "--seed=4"];
-    let basic = ["study", "run", plan, two[0], two[1], two[2], "--out", plain(out)];
-    [&basic, more].concat().into_iter().map(str::to_owned).collect()
-}
-
-fn start(arguments: &[String]) -> Child {
-    Command::new(binary("haptic-ctl"))
-        .args(arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("it starts")
-}
-
-/// The files of a folder, by their paths in it.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    for entry in fs::read_dir(folder).into_iter().flatten() {
-        let path = entry.expect("an entry").path();
-        let name = PathBuf::from(path.file_name().expect("a name"));
-        if path.is_dir() {
-            found.extend(files(&path).into_iter().map(|(inner, bytes)| (name.join(inner), bytes)));
-        } else if let Ok(bytes) = fs::read(&path) {
-            found.insert(name, bytes);
-        }
-    }
-    found
-}
-
-/// Bytes of rows.
-fn rows(folder: &Path) -> u64 {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    entries
-        .map(|entry| match entry.path() {
-            path if is_table(&path) => entry.metadata().map_or(0, |file| file.len()),
-            path if path.file_name().is_some_and(|name| name != "recordings") => rows(&path),
-            _ => 0,
-        })
-        .sum()
-}
-
-fn is_table(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending == "csv")
+/// The tables of a study, but those of its recordings.
+fn tables(folder: &Path) -> Vec<PathBuf> {
+    let is_table = |file: &PathBuf| {
+        file.extension().is_some_and(|ending| ending == "csv") && !file.iter().any(|name| name == "recordings")
+    };
+    files(folder).into_iter().filter(is_table).collect()
 }
 
 #[test]
 fn interrupt_ends_study_cleanly_and_second_program_is_refused() {
     let parent = tempfile::tempdir().expect("a folder");
     let folder = parent.path().join("study");
-    let mut program = start(&study("perception", &folder, &["--no-recordings"]));
+    let run = [
+        "study",
+        "run",
+        "perception",
+        "--operator=simulated",
+        "--subjects=2",
+        "--seed=4",
+        "--no-recordings",
+        "--out",
+    ];
+    let mut command = ctl_command(Path::new("/nonexistent"), &[&run[..], &[plain(&folder)]].concat());
+    let mut program = command.spawn().expect("it starts");
     let mut until_rows_in = |folder: &Path| {
-        while rows(folder) == 0 {
+        let is_filled = |file: &PathBuf| fs::metadata(file).is_ok_and(|file| file.len() > 0);
+        while !tables(folder).iter().any(is_filled) {
             assert!(program.try_wait().expect("a state").is_none(), "it ended by itself");
             std::thread::yield_now();
         }
@@ -93,9 +67,41 @@ fn interrupt_ends_study_cleanly_and_second_program_is_refused() {
         printed.contains("The study is interrupted; continue with `haptic-ctl study resume "),
         "{printed}"
     );
-    let written = files(&folder);
-    assert!(!written.contains_key(Path::new("trials.parquet")));
-    for (path, bytes) in written.iter().filter(|(path, _)| is_table(path)) {
+    assert!(!folder.join("trials.parquet").exists());
+    for path in tables(&folder) {
+        let bytes = fs::read(&path).expect("a table");
         assert!(bytes.ends_with(b"\n"), "{} ends within a row", path.display());
     }
+}
+
+#[test]
+fn simulated_study_analysis_shows_movement_per_resistance() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let plan = small_plan(parent.path()).display().to_string();
+    let [study, out] = ["study", "out"].map(|name| parent.path().join(name).display().to_string());
+    let run = ["study", "run", &plan, "--operator=simulated", "--subjects=1", "--out"];
+    assert!(!ctl_offline(&[&run[..], &[&study]].concat()).stdout.is_empty());
+    let analyse = ["study", "analyse", &study, "--out", &out];
+    let shown = text(&ctl_offline(&analyse).stdout);
+    assert!(shown.contains("note: a model did these trials"), "{shown}");
+    assert!(!shown.contains("no trajectory"), "{shown}");
+    let page = fs::read_to_string(format!("{out}/analysis.html")).expect("the page");
+    // The easiest and the hardest condition, each with both resistances.
+    assert_eq!(
+        page.matches("A movement under each resistance: subject 01").count(),
+        2 * 2
+    );
+    ctl_offline_refused(&analyse, 2, &["exists; --force replaces it"]);
+    let found = ctl_offline_json(&["study", "analyse", &study]);
+    assert_eq!(found["comparisons"][0]["resistances"][0], "real", "{found}");
+    assert_eq!(found["comparisons"][0]["rows"].as_array().map(Vec::len), Some(2));
+    assert_eq!(
+        ctl_offline_json(&["study", "analyse", &format!("{study}/trials.parquet")]),
+        found
+    );
+    // Its trials are not taken for those of another plan.
+    let plan = format!("{study}/plan.toml");
+    let changed = fs::read_to_string(&plan).expect("the plan") + "# changed\n";
+    fs::write(&plan, changed).expect("written");
+    ctl_offline_refused(&["study", "analyse", &study], 2, &["the plan was changed"]);
 }
