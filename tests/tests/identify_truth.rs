@@ -5,11 +5,13 @@ use device_io::Device;
 use device_io::fake::{FakeRig, Hand, RigProperties};
 use haptic_core::velocity::{Estimator, Method};
 use haptic_core::{Excitation, OwnMotion};
-use haptic_ipc::{IdentificationReply, Peer};
-use haptic_lab::identify::Record;
+use haptic_ipc::{IdentificationReply, Peer, Sample};
 use haptic_lab::identify::cogging::{SweepSample, at_speed};
 use haptic_lab::identify::plan::Bounds;
+use haptic_lab::identify::record_file::of_device;
 use haptic_lab::identify::rig_itself::{self, RigItself};
+use haptic_lab::identify::{Clocks, ModelKind, Options, identify};
+use std::collections::VecDeque;
 
 const PERIOD_NS: u64 = 1_000_000;
 
@@ -21,21 +23,20 @@ struct Loop {
     rig: FakeRig,
     velocity: Estimator,
     now_ns: u64,
-    last_n: f64,
-    record: Record,
+    rows: Vec<Sample>,
+    /// Commands on their way to the motor, N.
+    under_way: VecDeque<f64>,
 }
 
 impl Loop {
-    fn new(properties: RigProperties) -> Self {
+    /// A motor whose force acts so many ticks after its command.
+    fn new(properties: RigProperties, late_ticks: usize) -> Self {
         Self {
             rig: FakeRig::new(properties, Hand::Free),
             velocity: Estimator::new(Method::default(), 1e-3, properties.resolution_m),
             now_ns: 0,
-            last_n: 0.0,
-            record: Record {
-                resolution_m: Some(properties.resolution_m),
-                ..Record::default()
-            },
+            rows: Vec::new(),
+            under_way: vec![0.0; late_ticks].into(),
         }
     }
 
@@ -44,11 +45,17 @@ impl Loop {
         let sample = self.rig.read(self.now_ns).expect("it is there");
         let speed = self.velocity.update(1e-3, sample.position_m);
         let force_n = -motion.tick(1e-3, sample.position_m, speed);
-        self.rig.write(force_n, true).expect("it is there");
-        self.record.t_s.push(self.now_ns as f64 * 1e-9);
-        self.record.position_m.push(sample.position_m);
-        self.record.force_n.push(0.5 * (self.last_n + force_n));
-        self.last_n = force_n;
+        self.under_way.push_back(force_n);
+        let arrived_n = self.under_way.pop_front().expect("it was put there");
+        self.rig.write(arrived_n, true).expect("it is there");
+        self.rows.push(Sample {
+            tick: self.rows.len() as u64,
+            device_sequence: sample.sequence,
+            device_time_ns: self.now_ns,
+            sample_position_m: sample.position_m,
+            command_force_n: force_n,
+            ..Sample::default()
+        });
         self.now_ns += PERIOD_NS;
         (sample.position_m, force_n)
     }
@@ -75,19 +82,20 @@ impl Loop {
 
 /// What `haptic-ctl identify --rig` finds on a plant.
 fn measured(properties: RigProperties) -> RigItself {
-    let mut rig = Loop::new(properties);
+    let mut rig = Loop::new(properties, 0);
     let bounds = Bounds::new(&of_rig(properties.resolution_m), None, None);
     let chirp = bounds.chirp(12.0, 1.0);
     rig.excite(chirp);
     rig.excite(bounds.ramps(1));
     let sweep = rig.excite(bounds.sweep());
     let least_s = chirp.duration_s() + bounds.ramps(1).duration_s() + bounds.sweep().duration_s();
-    let record_s = rig.record.t_s.len() as f64 * 1e-3;
+    let record_s = rig.rows.len() as f64 * 1e-3;
     assert!(
         record_s > least_s,
         "no motion has ended early: {record_s} s of {least_s} s"
     );
-    rig_itself::measure(&rig.record, &sweep, 0.0).expect("a usable record")
+    let record = of_device(&rig.rows, properties.resolution_m);
+    rig_itself::measure(&record, &sweep, 0.0).expect("a usable record")
 }
 
 /// A rig of 20 N with 100 mm of range.
@@ -142,5 +150,42 @@ fn mass_friction_by_direction_and_cogging_of_a_rig_are_found() {
     ] {
         let is_within = (value - truth).abs() <= within * truth;
         assert!(is_within, "{name}: {value}, truly {truth}");
+    }
+}
+
+/// As `identify --run` and a recording of it are read.
+#[test]
+fn intervals_of_a_late_motor_hold_the_truth() {
+    let truth = RigProperties {
+        mass_kg: 1.4,
+        friction_n: 0.8,
+        damping_ns_per_m: 2.0,
+        ..RigProperties::default()
+    };
+    for late_ticks in [0, 1, 4] {
+        let mut rig = Loop::new(truth, late_ticks);
+        let bounds = Bounds::new(&of_rig(truth.resolution_m), None, None);
+        rig.excite(bounds.chirp(12.0, 1.0));
+        rig.excite(bounds.ramps(1));
+        let options = Options {
+            offset_n: Some(0.0),
+            clocks: Clocks::Commanded(0.021),
+            ..Options::new(ModelKind::Karnopp)
+        };
+        let found = identify(&of_device(&rig.rows, truth.resolution_m), &options).expect("a usable record");
+        println!("{late_ticks}: {found:#?}");
+        for (name, truth) in [
+            ("mass_kg", truth.mass_kg),
+            ("dynamic_force_N.positive", truth.friction_n),
+            ("dynamic_force_N.negative", truth.friction_n),
+            ("viscous_Ns_per_m.positive", truth.damping_ns_per_m),
+            ("viscous_Ns_per_m.negative", truth.damping_ns_per_m),
+        ] {
+            let [low, high] = found.intervals[name];
+            assert!(
+                low <= truth && truth <= high,
+                "{late_ticks} ticks late, {name}: {truth} in {low} to {high}"
+            );
+        }
     }
 }

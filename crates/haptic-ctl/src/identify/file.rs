@@ -178,8 +178,7 @@ pub(super) fn run(
         Some(ShiftMs::Known(shift_ms)) => Clocks::Shifted(1e-3 * shift_ms),
         _ if source.force_path.is_some() => Clocks::Two,
         Some(ShiftMs::Auto) => Clocks::Delayed,
-        None if loaded.has_one_clock => Clocks::One,
-        None => Clocks::OneFile,
+        None => loaded.clocks.unwrap_or_default(),
     };
     let identified = identify::identify_with_progress(&loaded.record, &options, &mut |_| ControlFlow::Continue(()));
     let mut identified = identified.map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use haptic_core::Directional;
 use haptic_core::rig_friction::RigFriction;
 use haptic_lab::identify::rig_itself::without_cogging;
-use haptic_lab::identify::{self, Identification, Identified, Options, Refusal};
+use haptic_lab::identify::{self, Clocks, Identification, Identified, Options, Refusal};
 use std::ops::ControlFlow;
 
 /// What is known of a force that is the motor's command: it has no zero to be off.
@@ -29,6 +29,7 @@ pub(super) async fn run(
         .ticks
         .record(excited.first_tick, excited.last_tick, session.begun.resolution_m);
     let options = Options {
+        clocks: Clocks::Commanded(session.longest_delay_s().await?),
         offset_n: options.offset_n.or(Some(KNOWN_OFFSET_N)),
         ..options.clone()
     };

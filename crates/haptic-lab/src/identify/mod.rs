@@ -127,6 +127,9 @@ fn identify_on_steady_clocks(
     progress: &mut Progress<'_>,
 ) -> Result<(Identified, Left), IdentifyError> {
     progress.at(0.0)?;
+    if let Clocks::Commanded(longest_delay_s) = options.clocks {
+        return identify_commanded(even, options, longest_delay_s, progress);
+    }
     match options.model {
         ModelKind::Karnopp => Ok(karnopp::identify(even, options)),
         ModelKind::Dahl | ModelKind::Lugre => presliding::identify(even, options, progress),
@@ -141,4 +144,43 @@ fn identify_on_steady_clocks(
             Ok((found, left))
         }
     }
+}
+
+/// Beside the delay of a force that was commanded. Where the record does not determine that, the intervals hold those
+/// of no delay and of the longest.
+fn identify_commanded(
+    even: &Even,
+    options: &Options,
+    longest_delay_s: f64,
+    progress: &mut Progress<'_>,
+) -> Result<(Identified, Left), IdentifyError> {
+    let mut with = |clocks, from, to| {
+        let options = Options {
+            clocks,
+            ..options.clone()
+        };
+        identify_on_steady_clocks(even, &options, &mut progress.part(from, to))
+    };
+    if longest_delay_s <= 0.0 {
+        return with(Clocks::One, 0.0, 1.0);
+    }
+    let delayed = with(Clocks::Delayed, 0.0, 0.5)?;
+    if delayed.0.refused.iter().all(|refusal| refusal.parameter != "shift_s") {
+        return Ok(delayed);
+    }
+    let (mut at_once, left) = with(Clocks::One, 0.5, 0.75)?;
+    // The stamps of a force that acts later are too early.
+    let (late, _) = with(Clocks::Shifted(-longest_delay_s), 0.75, 1.0)?;
+    for (name, [least, most]) in &mut at_once.intervals {
+        let Some([late_least, late_most]) = late.intervals.get(name) else {
+            continue;
+        };
+        (*least, *most) = (least.min(*late_least), most.max(*late_most));
+    }
+    at_once.notes.push(format!(
+        "the record does not determine by how much the force acts after its command: the intervals hold for 0 to \
+         {:.1} ms",
+        1e3 * longest_delay_s
+    ));
+    Ok((at_once, left))
 }

@@ -184,6 +184,9 @@ pub enum Clocks {
     Delayed,
     /// Two recorders: a shift and a drift are looked for.
     Two,
+    /// One clock, and forces that are commands: each acts within so long, s, after its time. The delay is looked for,
+    /// and where the record does not determine it, the intervals hold for none and for the longest.
+    Commanded(f64),
     /// A shift that is known: how much the force's stamps are later than the position's for the same instant, s.
     Shifted(f64),
 }
@@ -192,7 +195,7 @@ impl Clocks {
     /// Longest shift that is looked for, s.
     pub(super) const fn longest_shift_s(self) -> f64 {
         match self {
-            Self::One | Self::OneFile | Self::Shifted(_) => 0.0,
+            Self::One | Self::OneFile | Self::Commanded(_) | Self::Shifted(_) => 0.0,
             Self::Delayed => 0.06,
             Self::Two => 0.5,
         }

@@ -45,9 +45,10 @@ fn identified_beside(
         // The force is the motor's command: it has no zero to be off.
         offset_n: Some(0.0),
         directions: Directions::Separate,
+        clocks: Clocks::Commanded(longest_delay_s),
         ..Options::new(ModelKind::Karnopp)
     };
-    let mut identified = with_delay(&record, &options, longest_delay_s)?;
+    let mut identified = identify(&record, &options)?;
     if let Err(why) = &found {
         let instead = "a sweep over more travel, if the poles of the motor are farther apart";
         identified.refuse(Refusal::new("cogging", why, instead));
@@ -56,39 +57,6 @@ fn identified_beside(
         identified,
         cogging: found.ok(),
     })
-}
-
-/// Mass and friction beside a delay of the force. Where the record does not determine that, their intervals hold those
-/// of no delay and of the longest.
-fn with_delay(record: &Record, options: &Options, longest_delay_s: f64) -> Result<Identified, IdentifyError> {
-    let with = |clocks| {
-        let options = Options {
-            clocks,
-            ..options.clone()
-        };
-        identify(record, &options)
-    };
-    if longest_delay_s <= 0.0 {
-        return with(Clocks::One);
-    }
-    let delayed = with(Clocks::Delayed)?;
-    if delayed.mass_kg.is_some() {
-        return Ok(delayed);
-    }
-    // The stamps of a force that acts later are too early.
-    let (mut at_once, late) = (with(Clocks::One)?, with(Clocks::Shifted(-longest_delay_s))?);
-    for (name, [least, most]) in &mut at_once.intervals {
-        let Some([late_least, late_most]) = late.intervals.get(name) else {
-            continue;
-        };
-        (*least, *most) = (least.min(*late_least), most.max(*late_most));
-    }
-    at_once.notes.push(format!(
-        "the record does not determine by how much the force acts after its command: the intervals hold for 0 to \
-         {:.1} ms",
-        1e3 * longest_delay_s
-    ));
-    Ok(at_once)
 }
 
 /// Takes cogging out of the forces of a record.

@@ -5,7 +5,7 @@ use crate::tape::Tape;
 use haptic_ipc::Sample;
 use haptic_lab::identify;
 use haptic_lab::identify::record_file::{Loaded, MovingMass, Source};
-use haptic_lab::identify::{Clocks, Identification, Identified, IdentifiedScene, Options, record_file};
+use haptic_lab::identify::{Identification, Identified, IdentifiedScene, Options, record_file};
 use haptic_recording::{Ending, Metadata, Recording};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -77,9 +77,7 @@ impl Question {
         let loaded = self.load()?;
         let mut options = self.options.clone();
         options.offset_n = options.offset_n.or(loaded.offset_n);
-        if loaded.has_one_clock {
-            options.clocks = Clocks::One;
-        }
+        options.clocks = loaded.clocks.unwrap_or(options.clocks);
         let mut identified = identify::identify_with_progress(&loaded.record, &options, progress)
             .map_err(|error| format!("{}: {error}", self.origin()))?;
         identified.found.notes.splice(0..0, loaded.notes);

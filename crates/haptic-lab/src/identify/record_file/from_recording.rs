@@ -1,10 +1,11 @@
 //! A recording of hapticd as a record to identify from.
 
 use super::{Loaded, MovingMass, RecordFileError, Source};
-use crate::identify::options::Record;
+use crate::identify::options::{Clocks, Record};
 use haptic_core::scene::Coupling;
 use haptic_ipc::{RigState, Sample};
 use haptic_recording::{Mark, Recording, RecordingError};
+use std::time::Duration;
 
 /// Reads a file.
 pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
@@ -39,10 +40,19 @@ pub(super) fn take(recording: &Recording, source: &Source) -> Result<Loaded, Rec
             };
             RecordFileError::Unusable(format!("{}: {reason}", source.path.display()))
         })?;
-    let mut record = record(stretch, is_block);
-    if is_block && let Some(coupling) = coupling(recording, stretch[0].revision) {
-        add_bend(&mut record, coupling);
-    }
+    let mut record = if is_block {
+        let mut record = of_block(stretch);
+        if let Some(coupling) = coupling(recording, stretch[0].revision) {
+            add_bend(&mut record, coupling);
+        }
+        record
+    } else {
+        let servo = recording.metadata.servo.as_ref();
+        of_device(
+            stretch.iter().copied(),
+            servo.map_or(0.0, |servo| servo.device_resolution_m),
+        )
+    };
     let velocities = record.velocity_mps.iter_mut().flatten();
     for length in record.position_m.iter_mut().chain(velocities) {
         *length *= source.table.position_gain.unwrap_or(1.0);
@@ -51,11 +61,11 @@ pub(super) fn take(recording: &Recording, source: &Source) -> Result<Loaded, Rec
         *force *= source.table.force_gain.unwrap_or(1.0);
     }
     let what = if is_block {
-        "the block: block_position_m, driven by coupling_force_N; its offset is 0, since the force is computed"
+        "the block: block_position_m, driven by coupling_force_N"
     } else {
-        "the device: device_position_m, driven by command_force_N"
+        "the device: sample_position_m, driven by command_force_N"
     };
-    let mut notes = vec![what.to_owned()];
+    let mut notes = vec![format!("{what}; its offset is 0, since the force is computed")];
     if stretch.len() < rows.len() {
         notes.push(format!(
             "the scene changed meanwhile: {} of {} rows are read, those of revision {}",
@@ -66,10 +76,28 @@ pub(super) fn take(recording: &Recording, source: &Source) -> Result<Loaded, Rec
     }
     Ok(Loaded {
         record,
-        offset_n: is_block.then_some(0.0),
-        has_one_clock: true,
+        offset_n: Some(0.0),
+        clocks: Some(if is_block {
+            Clocks::One
+        } else {
+            Clocks::Commanded(longest_delay_s(recording, stretch))
+        }),
         notes,
     })
+}
+
+/// Without a setting of the daemon, the longest time for which a sample may be old, s: its default.
+const DEFAULT_STALE_S: f64 = 0.02;
+
+/// From a command to its force, s, at most; none of a rig in the daemon. A device that took longer would be a fault.
+fn longest_delay_s(recording: &Recording, rows: &[&Sample]) -> f64 {
+    if rows.iter().all(|row| row.device_round_trip_ns == 0) {
+        return 0.0;
+    }
+    let stale_s = recording.metadata.servo.as_ref().map_or(DEFAULT_STALE_S, |servo| {
+        Duration::from_nanos(servo.settings.stale_ns).as_secs_f64()
+    });
+    stale_s + 1.0 / recording.metadata.loop_rate_hz
 }
 
 /// The rows of what moves, and whether that is the block.
@@ -91,24 +119,61 @@ fn rows(recording: &Recording, moving: MovingMass) -> (Vec<&Sample>, bool) {
     (rows, is_block)
 }
 
-/// The motion and the force of the block or of the device; rows whose time does not grow are left out.
-fn record(rows: &[&Sample], is_block: bool) -> Record {
+/// The motion of the block and the force on it; rows whose time does not grow are left out.
+fn of_block(rows: &[&Sample]) -> Record {
     let (mut record, mut velocities) = (Record::default(), Vec::with_capacity(rows.len()));
     for row in rows {
         if record.t_s.last().is_some_and(|last| row.t_s <= *last) {
             continue;
         }
-        let (position, velocity, force) = if is_block {
-            (row.block_position_m, row.block_velocity_mps, row.coupling_force_n)
-        } else {
-            (row.device_position_m, row.device_velocity_mps, row.command_force_n)
-        };
         record.t_s.push(row.t_s);
-        record.position_m.push(position);
-        velocities.push(velocity);
-        record.force_n.push(force);
+        record.position_m.push(row.block_position_m);
+        velocities.push(row.block_velocity_mps);
+        record.force_n.push(row.coupling_force_n);
     }
     record.velocity_mps = Some(velocities);
+    record
+}
+
+/// The motion of the device, in encoder steps of `resolution_m` (m; 0: unknown), and its motor's force: positions at
+/// the times of the device's clock, each with the mean of the forces before and after it. A sample that a tick has
+/// repeated is one sample. A clock that begins anew goes on by the daemon's.
+#[must_use]
+pub fn of_device<'a>(rows: impl IntoIterator<Item = &'a Sample>, resolution_m: f64) -> Record {
+    let mut record = Record {
+        resolution_m: (resolution_m > 0.0).then_some(resolution_m),
+        ..Record::default()
+    };
+    let (mut before, mut last): (Option<&Sample>, Option<&Sample>) = (None, None);
+    let mut ahead_s = 0.0;
+    for row in rows {
+        let sample = row
+            .input_word()
+            .sample(row.device_sequence, row.device_time_ns, row.sample_position_m);
+        // The force of a tick acts until the next one.
+        let before_n = before
+            .filter(|before| before.tick + 1 == row.tick)
+            .map_or(row.command_force_n, |before| before.command_force_n);
+        before = Some(row);
+        if sample.is_err() || last.is_some_and(|last| last.device_sequence == row.device_sequence) {
+            continue;
+        }
+        #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run")]
+        let device_s = row.device_time_ns as f64 * 1e-9;
+        if let (Some(last), Some(last_s)) = (last, record.t_s.last())
+            && row.device_time_ns < last.device_time_ns
+        {
+            ahead_s = last_s + (row.t_s - last.t_s) - device_s;
+        }
+        let t_s = device_s + ahead_s;
+        if record.t_s.last().is_some_and(|last_s| t_s <= *last_s) {
+            continue;
+        }
+        record.t_s.push(t_s);
+        record.position_m.push(row.sample_position_m);
+        record.force_n.push(0.5 * (before_n + row.command_force_n));
+        last = Some(row);
+    }
     record
 }
 
@@ -152,6 +217,33 @@ mod tests {
     use haptic_core::friction::{Friction, Karnopp};
     use haptic_core::scene::Block;
     use haptic_core::{Directional, Scene, Scheme};
+
+    #[test]
+    fn a_record_has_each_sample_once_with_the_force_around_it() {
+        let row = |tick: u64, sequence: u32, device_ms: u64, force: f64| Sample {
+            tick,
+            t_s: tick as f64 * 1e-3,
+            device_sequence: sequence,
+            device_time_ns: device_ms * 1_000_000,
+            sample_position_m: f64::from(sequence) * 1e-3,
+            command_force_n: force,
+            ..Sample::default()
+        };
+        let rows = [
+            row(7, 1, 9, 0.0),
+            row(8, 2, 10, 1.0),
+            row(9, 2, 10, 2.0),
+            row(10, 3, 11, 3.0),
+            // After ticks without rows, by a clock that began anew.
+            row(20, 4, 1, 4.0),
+        ];
+        let record = of_device(&rows, 1e-5);
+        let t_ms: Vec<f64> = record.t_s.iter().map(|t_s| (1e3 * t_s).round()).collect();
+        assert_eq!(t_ms, [9.0, 10.0, 11.0, 21.0]);
+        assert_eq!(record.position_m, [0.001, 0.002, 0.003, 0.004]);
+        assert_eq!(record.force_n, [0.0, 0.5, 2.5, 4.0]);
+        assert_eq!(record.resolution_m, Some(1e-5));
+    }
 
     const TREMOR_PER_S: f64 = 30.0 * std::f64::consts::TAU;
 

@@ -7,7 +7,8 @@
 //!   `coupling_force_N`, the force in the coupling, which drives the block. It is computed, so that its
 //!   offset is 0;
 //! - the rig's own carriage, moved by its own motor, where that is asked for or the scene has no block:
-//!   `device_position_m` and `command_force_N`, the force that the device applies, positive along its axis.
+//!   `sample_position_m` and `command_force_N`, the force that the device is sent, positive along its axis. It acts
+//!   after its command.
 //!
 //! Of a recording in which the scene changed, the longest stretch under one scene is read.
 //!
@@ -15,7 +16,9 @@
 
 mod from_recording;
 
-use super::options::Record;
+pub use from_recording::of_device;
+
+use super::options::{Clocks, Record};
 use crate::gaps::in_gaps;
 use crate::motion::{between, places};
 use haptic_motion::Opened;
@@ -69,8 +72,8 @@ pub struct Loaded {
     pub record: Record,
     /// The constant force, N, where it is known: that of a computed force is 0.
     pub offset_n: Option<f64>,
-    /// Whether positions and forces are known to be of one clock.
-    pub has_one_clock: bool,
+    /// The clocks, where they are known.
+    pub clocks: Option<Clocks>,
     /// Which columns were read, and what was left out.
     pub notes: Vec<String>,
 }
@@ -213,7 +216,7 @@ fn loaded(mut table: Table, force_n: Vec<f64>) -> Loaded {
             resolution_m: None,
         },
         offset_n: None,
-        has_one_clock: false,
+        clocks: None,
         notes: table.notes,
     }
 }
