@@ -1,13 +1,13 @@
 //! A panel on the bench: its model, what it asks for, and a daemon's updates to feed it.
 
+pub(crate) use crate::state::state_event;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::Scene;
 use haptic_ipc::{
-    Description, ErrorCode, Event, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, StateEvent,
-    WireError, params_of,
+    Description, ErrorCode, Event, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, WireError,
 };
 use haptic_panel::{Answer, Files, Intent, Model, Page, Target, Update};
 use std::time::{Duration, Instant};
@@ -157,21 +157,6 @@ pub(crate) fn answer(panel: &mut Panel, intent: Intent, answer: Answer) {
 pub(crate) fn refuse(panel: &mut Panel, intent: Intent, code: ErrorCode, message: &str) {
     let result = Err(WireError::new(code, message));
     hear(panel, Update::Answered { intent, result });
-}
-
-pub(crate) fn state_event(state: RigState, tick: u64) -> StateEvent {
-    StateEvent {
-        law: "karnopp".to_owned(),
-        undo_depth: 0,
-        redo_depth: 0,
-        arrival: None,
-        state,
-        fault: None,
-        tick,
-        revision: 1,
-        scene: "paper".into(),
-        params: params_of(&Scene::paper()),
-    }
 }
 
 pub(crate) fn in_state(state: RigState, tick: u64) -> Update {
