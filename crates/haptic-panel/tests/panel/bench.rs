@@ -92,9 +92,9 @@ fn draw_glyphs_once(ctx: &egui::Context) {
 }
 
 /// The daemon's greeting.
-pub(crate) fn greeted(session: &str) -> Update {
+pub(crate) fn greeted(path: &str, session: &str) -> Update {
     Update::Connected {
-        path: SOCKET.into(),
+        path: path.into(),
         hello: Hello {
             protocol: 1,
             server: "hapticd 0.1.0".into(),
@@ -105,16 +105,20 @@ pub(crate) fn greeted(session: &str) -> Update {
     }
 }
 
-pub(crate) fn lose_the_daemon(panel: &mut Panel) {
-    let lost = Update::Disconnected {
-        path: SOCKET.into(),
+/// The daemon's end.
+pub(crate) fn lost(path: &str) -> Update {
+    Update::Disconnected {
+        path: path.into(),
         reason: "the daemon closed the connection".into(),
-    };
-    hear(panel, lost);
+    }
+}
+
+pub(crate) fn lose_the_daemon(panel: &mut Panel) {
+    hear(panel, lost(SOCKET));
 }
 
 pub(crate) fn find_another_daemon(panel: &mut Panel) {
-    hear(panel, greeted("1-2"));
+    hear(panel, greeted(SOCKET, "1-2"));
     hear(panel, in_state(RigState::Idle, 1));
 }
 
@@ -128,7 +132,7 @@ pub(crate) fn connected(state: RigState) -> Panel {
         parameters: ParameterDescription::all_of(&scene),
         sample_columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
     };
-    hear(&mut panel, greeted("1-1"));
+    hear(&mut panel, greeted(SOCKET, "1-1"));
     hear(&mut panel, Update::Described(description));
     hear(&mut panel, in_state(state, 100));
     panel

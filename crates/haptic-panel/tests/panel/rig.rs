@@ -2,7 +2,7 @@
 
 use crate::bench::{
     Hands as _, Panel, SOCKET, answer, asked, at_page, connected, greeted, hear, in_state, is_enabled, lose_the_daemon,
-    press, refuse, sample, state_event,
+    lost, press, refuse, sample, state_event,
 };
 use crate::layout::counted;
 use crate::legible::texts;
@@ -37,26 +37,14 @@ fn header_and_title_name_the_rig_that_stop_is_for() {
         ("/run/hapticd@left/control.sock", "Rig left"),
         ("/srv/x.sock", "/srv/x.sock"),
     ] {
-        let Update::Connected { hello, .. } = greeted("1-1") else {
-            unreachable!()
-        };
-        let update = Update::Connected {
-            path: socket.into(),
-            hello,
-            ctl_options: None,
-        };
-        panel.state_mut().model.apply(update);
+        panel.state_mut().model.apply(greeted(socket, "1-1"));
         panel.step();
         let titled = ViewportCommand::Title(format!("{name} - Haptic panel"));
         let commands = &panel.output().viewport_output[&ViewportId::ROOT].commands;
         assert!(commands.contains(&titled), "{commands:?}");
         panel.run();
         panel.get_by_label(&format!("{name}, hapticd 0.1.0"));
-        let lost = Update::Disconnected {
-            path: socket.into(),
-            reason: "it died".into(),
-        };
-        hear(&mut panel, lost);
+        hear(&mut panel, lost(socket));
         panel.get_by_label(name);
     }
 }
