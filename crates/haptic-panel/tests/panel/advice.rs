@@ -101,11 +101,11 @@ fn a_remark_on_a_change_is_shown_beside_its_parameter() {
         revision: 2,
         changed: true,
         tick: Some(321),
-        applied: [("static_force+".to_owned(), 3.0)].into(),
+        applied: [("stiffness".to_owned(), 25_000.0)].into(),
         advice: vec![remark],
         ..ChangeReply::default()
     };
-    answer(&mut panel, set("static_force+", 3.0), Answer::Changed(reply));
+    answer(&mut panel, set("stiffness", 25_000.0), Answer::Changed(reply));
     let below = panel.get_by_label(message).rect().top();
     assert!(panel.get_by_label("static force slider").rect().bottom() <= below);
     assert!(below < panel.get_by_label("dynamic force slider").rect().top());
