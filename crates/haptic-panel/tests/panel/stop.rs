@@ -139,8 +139,7 @@ fn the_button_stops_when_pressed_and_only_once() {
 
 /// Presses Space, and looks once at what is shown of it.
 fn press_stop(panel: &mut Panel) {
-    panel.key_down(Key::Space);
-    panel.step();
+    panel.key_press(Key::Space);
     panel.step();
 }
 
