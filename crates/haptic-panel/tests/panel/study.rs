@@ -138,10 +138,6 @@ fn open_study_turns_to_its_page_and_controls_send_commands() {
     tell(&mut panel, StudyNews::Row(row(&[], Some("the rig is stopped"))));
     panel.get_by_label("0.612");
     panel.get_by_label("void: the rig is stopped");
-    panel.state_mut().model.turn_to(Page::Perception);
-    panel.run();
-    press(&mut panel, "To the page Task");
-    assert_eq!(panel.state().model.page(), Page::Task);
     tell(&mut panel, StudyNews::Closed);
     assert_eq!(value_of(&panel, "folder of the study"), "/home/ada/study");
 }
@@ -182,9 +178,13 @@ fn row(cells: &[&str], void: Option<&str>) -> StudyRow {
 
 #[test]
 fn the_subjects_window_opens_and_a_key_stops_beside_it() {
-    for task in [Task::Fitts, Task::Perception] {
+    let (fitts, perception) = ((Task::Fitts, Page::Task), (Task::Perception, Page::Perception));
+    for ((task, page), (_, other)) in [(fitts, perception), (perception, fitts)] {
         let mut panel = connected(RigState::Engaged);
         tell(&mut panel, StudyNews::State(Box::new(state(task, running()))));
+        let mut panel = at_page(panel, other);
+        press(&mut panel, &format!("To the page {}", page.name()));
+        assert_eq!(panel.state().model.page(), page);
         assert!(!is_enabled(&panel, "Full screen"));
         press(&mut panel, "Subject's screen");
         panel.get_by_label("Please wait");
