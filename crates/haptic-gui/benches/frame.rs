@@ -8,15 +8,16 @@
 mod metadata;
 #[path = "../../haptic-panel/tests/fixture/row.rs"]
 mod row;
+#[path = "../../haptic-panel/tests/fixture/state.rs"]
+mod state;
 
 use egui::{Context, RawInput, Rect, vec2};
 use haptic_core::Scene;
-use haptic_ipc::{
-    Description, Event, Hello, ParameterDescription, RigState, SamplesEvent, SceneReply, StateEvent, params_of,
-};
+use haptic_ipc::{Description, Event, Hello, ParameterDescription, RigState, SamplesEvent, SceneReply, params_of};
 use haptic_panel::{Loaded, Model, Update, theme};
 use haptic_recording::Ending;
 use row::row;
+use state::state_event;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -57,18 +58,7 @@ fn connected() -> Model {
         parameters: ParameterDescription::all_of(&scene),
         sample_columns: vec![],
     }));
-    model.apply(Update::Event(Event::State(StateEvent {
-        state: RigState::Engaged,
-        fault: None,
-        tick: 0,
-        revision: 1,
-        scene: "paper".into(),
-        law: "karnopp".into(),
-        params: params_of(&scene),
-        undo_depth: 0,
-        redo_depth: 0,
-        arrival: None,
-    })));
+    model.apply(Update::Event(Event::State(state_event(RigState::Engaged, 0))));
     model.apply(Update::Scene(Ok(Box::new(SceneReply {
         revision: 1,
         params: params_of(&scene),

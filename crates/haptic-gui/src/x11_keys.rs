@@ -151,7 +151,7 @@ mod tests {
     use std::process::{Child, Command, Stdio};
     use std::sync::mpsc;
     use std::time::{Duration, Instant};
-    use x11rb::protocol::xproto::{CreateWindowAux, InputFocus, KeyButMask, WindowClass};
+    use x11rb::protocol::xproto::{CreateWindowAux, InputFocus, WindowClass};
 
     const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -296,19 +296,9 @@ mod tests {
     /// A press or a release.
     fn at(detail: Keycode, time: u32) -> KeyPressEvent {
         KeyPressEvent {
-            response_type: 2,
             detail,
-            sequence: 0,
             time,
-            root: 0,
-            event: 0,
-            child: 0,
-            root_x: 0,
-            root_y: 0,
-            event_x: 0,
-            event_y: 0,
-            state: KeyButMask::default(),
-            same_screen: true,
+            ..KeyPressEvent::default()
         }
     }
 

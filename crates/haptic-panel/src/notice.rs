@@ -40,20 +40,16 @@ pub(crate) fn show(ui: &mut Ui, slot: &mut Option<Notice>) {
     let Some(notice) = slot else {
         return;
     };
-    let is_closed = match &notice.outcome {
-        Ok(done) => {
-            shortened(ui, RichText::new(done).small(), done);
-            false
-        }
+    match &notice.outcome {
+        Ok(done) => shortened(ui, RichText::new(done).small(), done),
         Err(why) => {
             let close = Button::new(RichText::new("Close").small()).small();
             let is_closed = ui.add(close).accessible_name("close the message").clicked();
             show_failure(ui, why);
-            is_closed
+            if is_closed {
+                *slot = None;
+            }
         }
-    };
-    if is_closed {
-        *slot = None;
     }
 }
 

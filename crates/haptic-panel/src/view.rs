@@ -187,11 +187,7 @@ impl View {
 
     /// The same, to be changed.
     pub(crate) fn scope_mut(&mut self, tapes: &Tapes) -> &mut Scope {
-        if self.shows_recording(tapes) {
-            &mut self.recorded
-        } else {
-            &mut self.scope
-        }
+        self.plotted(tapes).0
     }
 
     /// The view of the plots on the page, to be changed, and the run under it.

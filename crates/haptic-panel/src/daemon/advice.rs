@@ -210,16 +210,11 @@ mod tests {
         ];
         let mut advised = Advised::default();
         advised.take(of_revision(1, advice), None);
-        let about = stiffness();
-        let messages: Vec<_> = advised
-            .warnings(&about)
+        let messages = advised
+            .warnings(&stiffness())
             .into_iter()
-            .map(|warning| warning.message)
-            .collect();
-        assert_eq!(
-            messages,
-            ["broken to 0.6", "broken to 0.8", "broken to 0.1", "a remark"]
-        );
+            .map(|warning| warning.message);
+        assert!(messages.eq(["broken to 0.6", "broken to 0.8", "broken to 0.1", "a remark"]));
     }
 
     #[test]
@@ -242,11 +237,11 @@ mod tests {
     #[test]
     fn advice_names_its_parameter_not_a_shared_prefix() {
         let mut advised = Advised::default();
-        let mut advice = vec![broken(None, 0.5), broken(None, 0.5), broken(None, 0.5)];
-        advice[0].param = "stiffness_of_the_contact".into();
-        advice[1].param = "stiffness-".into();
-        advice[2].param = "stiff".into();
-        advised.take(of_revision(1, advice), None);
+        let advice = ["stiffness_of_the_contact", "stiffness-", "stiff"].map(|param| Advice {
+            param: param.to_owned(),
+            ..broken(None, 0.5)
+        });
+        advised.take(of_revision(1, advice.into()), None);
         assert_eq!(advised.warnings(&stiffness()).len(), 1);
     }
 

@@ -142,14 +142,9 @@ mod tests {
                     anchor.anchor_size(pos2(edge, 0.0), vec2(LABEL_DISTANCE, LABELS_HEIGHT))
                 });
                 let places: Vec<_> = places.collect();
-                assert!(
-                    places.windows(2).all(|two| two[0].right() <= two[1].left()),
-                    "{places:?}"
-                );
-                assert!(
-                    places.iter().all(|place| place.right() <= row_width + 0.5),
-                    "{places:?}"
-                );
+                let are_apart = places.windows(2).all(|two| two[0].right() <= two[1].left());
+                let are_within = places.iter().all(|place| place.right() <= row_width + 0.5);
+                assert!(are_apart && are_within, "{places:?}");
             }
         }
     }

@@ -182,10 +182,8 @@ mod tests {
         };
         settings.write(&file).expect("written");
         assert_eq!(Settings::read(&file), Ok(settings));
-        let left: Vec<_> = fs::read_dir(file.parent().expect("a folder"))
-            .expect("a folder")
-            .collect();
-        assert_eq!(left.len(), 1, "nothing else is left behind");
+        let left = fs::read_dir(file.parent().expect("a folder")).expect("a folder");
+        assert_eq!(left.count(), 1, "nothing else is left behind");
     }
 
     #[test]
@@ -196,10 +194,8 @@ mod tests {
             fs::write(&file, broken).expect("written");
             let why = Settings::read(&file).expect_err("broken");
             assert!(why.contains("settings.toml.broken"), "{why}");
-            assert_eq!(
-                fs::read_to_string(folder.path().join("settings.toml.broken")).expect("kept"),
-                broken
-            );
+            let kept = fs::read_to_string(folder.path().join("settings.toml.broken"));
+            assert_eq!(kept.expect("kept"), broken);
             assert_eq!(Settings::read(&file), Ok(Settings::default()));
         }
         fs::write(&file, "span_s = 7.0\nsmell = \"none\"\n").expect("written");

@@ -13,17 +13,7 @@ use egui::{Frame, Key, Modifiers, ProgressBar, RichText, Ui};
 use std::time::Duration;
 
 /// The keys of the pages, in the order of the row, each with Ctrl.
-const KEYS: [Key; 9] = [
-    Key::Num1,
-    Key::Num2,
-    Key::Num3,
-    Key::Num4,
-    Key::Num5,
-    Key::Num6,
-    Key::Num7,
-    Key::Num8,
-    Key::Num9,
-];
+const KEYS: [Key; Page::ALL.len()] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6];
 
 /// Width of the bar of a recording that is read, points.
 const BAR_WIDTH: f32 = 140.0;

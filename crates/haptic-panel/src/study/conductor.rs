@@ -20,7 +20,7 @@ use haptic_studies::store::{RigDescription, StoreError};
 use std::mem::{Discriminant, discriminant};
 
 /// Time over which a scene changes, ms.
-pub(super) const RAMP_MS: f64 = 200.0;
+const RAMP_MS: f64 = 200.0;
 
 /// Time after a ramp in which its last step fades in, s.
 const FADE_S: f64 = 0.05;
@@ -201,7 +201,7 @@ impl Conductor {
                 intents.push(Intent::Release);
             }
             if has_ended {
-                intents.extend(scene_before.put_back(daemon, RAMP_MS));
+                intents.extend(scene_before.put_back(daemon));
             }
             if self.is_done() && self.is_begun {
                 intents.push(Intent::Lease { timeout_ms: 0 });
@@ -361,13 +361,13 @@ impl SceneBefore {
     }
 
     /// The change back, once; none where the study has changed nothing, or another client has changed the scene since.
-    pub(super) fn put_back(&mut self, daemon: &DaemonMirror, ramp_ms: f64) -> Option<Intent> {
+    pub(super) fn put_back(&mut self, daemon: &DaemonMirror) -> Option<Intent> {
         let (kept, own_revision) = (self.kept.take(), self.own_revision.take());
         let if_revision = own_revision.filter(|own| daemon.revision() == Some(*own))?;
         Some(Intent::TrialScene {
             scene: Box::new(kept?),
             if_revision,
-            ramp_ms,
+            ramp_ms: RAMP_MS,
         })
     }
 }

@@ -158,21 +158,3 @@ pub(super) fn show_stage(ui: &mut Ui, state: &StudyState) {
         shortened(ui, RichText::new(text).size(18.0).color(color), text);
     });
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_progress_has_trials_and_the_time_left() {
-        let mut subject = SubjectState {
-            code: "01".to_owned(),
-            progress: Some((12, Some(440))),
-            time_left: None,
-            is_finished: false,
-        };
-        assert_eq!(trials_done(&subject), "12 of 440 trials");
-        subject.time_left = Some("about 15 min left".to_owned());
-        assert_eq!(trials_done(&subject), "12 of 440 trials, about 15 min left");
-    }
-}

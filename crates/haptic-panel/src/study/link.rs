@@ -93,24 +93,20 @@ impl StudyLink {
             self.report(StudyNews::Failed(format!("no thread for the study: {error}")));
             return;
         }
-        let ends = command == StudyCommand::Close;
-        let note = match &command {
-            StudyCommand::Note(text) => Some(text.clone()),
-            _ => None,
-        };
-        let is_queued = slot.enqueue(Job::Command(command));
-        if ends {
+        let is_queued = slot.enqueue(Job::Command(command.clone()));
+        if command == StudyCommand::Close {
             slot.jobs = None;
+            return;
         }
         drop(slot);
-        if !is_queued && !ends {
+        if !is_queued {
             let why = "The study's disk does not keep up".to_owned();
-            self.report(match note {
-                Some(text) => StudyNews::Noted {
+            self.report(match command {
+                StudyCommand::Note(text) => StudyNews::Noted {
                     text,
                     outcome: Err(why),
                 },
-                None => StudyNews::Failed(why),
+                _ => StudyNews::Failed(why),
             });
         }
     }

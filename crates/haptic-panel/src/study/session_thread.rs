@@ -1,7 +1,7 @@
 //! The study's thread: it feeds the session with ticks, has each trial on the disk before the next batch of them, and
 //! reports to the experimenter.
 
-use super::conductor::{self, Conductor, RAMP_MS, SceneBefore};
+use super::conductor::{self, Conductor, SceneBefore};
 use super::news::{Stage, StudyCommand, StudyNews, StudyPlan, StudyState, SubjectState};
 use super::subject_screen::{SubjectScreen, TaskScale};
 use super::table;
@@ -20,8 +20,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc;
 
-/// Time between two batches of samples while a study is open, ms: the cursor follows them.
-const STUDY_BATCH_MS: u32 = 4;
+/// Batches of samples while a study is open: the cursor follows them.
+const FAST: Intent = Intent::Stream { batch_ms: 4 };
 
 /// Work of the thread.
 #[derive(Debug)]
@@ -161,8 +161,7 @@ impl SessionThread {
             plan,
             subjects: about.all_subjects().collect(),
         });
-        let batch_ms = STUDY_BATCH_MS;
-        self.ask([Intent::Stream { batch_ms }]);
+        self.ask([FAST]);
         self.start();
         true
     }
@@ -204,8 +203,7 @@ impl SessionThread {
         update.tell(&mut self.daemon);
         self.before.take(update);
         if let (Update::Connected { .. }, Some(_)) = (update, &self.study) {
-            let batch_ms = STUDY_BATCH_MS;
-            self.ask([Intent::Stream { batch_ms }]);
+            self.ask([FAST]);
         }
         // Another daemon may have another rate.
         let period_s = self.daemon.rate_hz.map(f64::recip);
@@ -352,7 +350,7 @@ impl SessionThread {
         if self.study.is_none() {
             return;
         }
-        let scene = self.before.put_back(&self.daemon, RAMP_MS);
+        let scene = self.before.put_back(&self.daemon);
         self.ask(scene);
         let (timeout_ms, batch_ms) = (0, BATCH_MS);
         self.ask([Intent::Lease { timeout_ms }, Intent::Stream { batch_ms }]);

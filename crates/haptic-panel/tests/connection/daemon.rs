@@ -1,5 +1,6 @@
 //! A small daemon made of a socket and ready answers, and a connection to it.
 
+use crate::state::state_event;
 use haptic_core::Scene;
 use haptic_ipc::{
     AdviceReply, Envelope, Event, Request, RigState, SceneReply, StateEvent, Topic, WireError, params_of,
@@ -15,7 +16,7 @@ use std::time::{Duration, Instant};
 /// Long enough for a loaded machine; only a failing test waits for it.
 pub(crate) const LIMIT: Duration = Duration::from_secs(20);
 
-const HELLO: &str = r#"{"hello":{"protocol":1,"server":"hapticd test","session":"1-1"}}"#;
+pub(crate) const HELLO: &str = r#"{"hello":{"protocol":1,"server":"hapticd test","session":"1-1"}}"#;
 
 /// The daemon's end of one conversation.
 pub(crate) struct Daemon {
@@ -27,10 +28,10 @@ pub(crate) struct Daemon {
 }
 
 /// Takes the next client and greets it.
-pub(crate) fn greet(listener: &UnixListener) -> UnixStream {
+pub(crate) fn greet(listener: &UnixListener, hello: &str) -> UnixStream {
     let (mut stream, _) = listener.accept().expect("a client");
     stream.set_read_timeout(Some(LIMIT)).expect("a time-out");
-    writeln!(stream, "{HELLO}").unwrap_or(());
+    writeln!(stream, "{hello}").unwrap_or(());
     stream
 }
 
@@ -101,6 +102,11 @@ impl Daemon {
     /// Answers a request whose kind the test knows.
     pub(crate) fn answer(&mut self, id: u64, ok: &str) {
         self.say(&format!(r#"{{"id":{id},"ok":{ok}}}"#));
+    }
+
+    pub(crate) fn refuse(&mut self, id: u64, error: &WireError) {
+        let error = serde_json::to_string(error).expect("writes");
+        self.say(&format!(r#"{{"id":{id},"error":{error}}}"#));
     }
 
     pub(crate) fn report(&mut self, state: &StateEvent) {
@@ -200,20 +206,19 @@ impl Bench {
             _ => None,
         })
     }
+
+    pub(crate) fn until_stop_news(&self) -> StopNews {
+        self.until(|update| match update {
+            Update::Stop(news) => Some(news),
+            _ => None,
+        })
+    }
 }
 
 pub(crate) fn of_revision(revision: u64) -> StateEvent {
     StateEvent {
-        law: "karnopp".to_owned(),
-        undo_depth: 0,
-        redo_depth: 0,
-        arrival: None,
-        state: RigState::Idle,
-        fault: None,
-        tick: 5,
         revision,
-        scene: "paper".into(),
-        params: params_of(&Scene::paper()),
+        ..state_event(RigState::Idle, 5)
     }
 }
 
@@ -233,7 +238,7 @@ pub(crate) struct StopLine(pub(crate) BufReader<UnixStream>);
 
 impl StopLine {
     pub(crate) fn accept(listener: &UnixListener) -> Self {
-        Self(BufReader::new(greet(listener)))
+        Self(BufReader::new(greet(listener, HELLO)))
     }
 
     /// The number of the next stop.
@@ -250,30 +255,19 @@ impl StopLine {
     }
 }
 
-impl Bench {
-    pub(crate) fn until_stop_news(&self) -> StopNews {
-        self.until(|update| match update {
-            Update::Stop(news) => Some(news),
-            _ => None,
-        })
-    }
-}
-
 /// A daemon that has answered the first requests of a panel.
 pub(crate) fn introduced() -> (Bench, UnixListener, Daemon) {
     let bench = Bench::new();
     let listener = bench.listen();
     let mut daemon = Daemon::accept(&listener);
     daemon.introduce();
+    bench.until_connected();
     (bench, listener, daemon)
 }
 
 /// A daemon on the panel's two connections.
-pub(crate) fn connected(bench: &Bench) -> (UnixListener, Daemon, StopLine) {
-    let listener = bench.listen();
-    let mut daemon = Daemon::accept(&listener);
-    daemon.introduce();
-    bench.until_connected();
+pub(crate) fn connected() -> (Bench, UnixListener, Daemon, StopLine) {
+    let (bench, listener, daemon) = introduced();
     let stops = StopLine::accept(&listener);
-    (listener, daemon, stops)
+    (bench, listener, daemon, stops)
 }

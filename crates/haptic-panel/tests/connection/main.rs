@@ -3,6 +3,8 @@
 mod daemon;
 #[path = "../fixture/metadata.rs"]
 mod metadata;
+#[path = "../fixture/state.rs"]
+mod state;
 mod stop;
 
 use daemon::{Bench, Daemon, advised, introduced, of_revision};
@@ -60,7 +62,6 @@ fn panel_turns_to_the_rig_that_is_chosen() {
 #[test]
 fn an_intent_is_sent_and_its_answer_comes_back_with_it() {
     let (bench, _listener, mut daemon) = introduced();
-    bench.until_connected();
     bench.connection.send(Intent::Engage);
     bench.connection.send(Intent::Release);
     let engage = daemon.hear();
@@ -70,8 +71,7 @@ fn an_intent_is_sent_and_its_answer_comes_back_with_it() {
         (&Request::engage(), &Request::Release {})
     );
     daemon.answer(engage.id, r#"{"state":"engaging","tick":7}"#);
-    let refusal = r#""error":{"code":"wrong_state","message":"not now"}"#;
-    daemon.say(&format!(r#"{{"id":{},{refusal}}}"#, release.id));
+    daemon.refuse(release.id, &WireError::new(ErrorCode::WrongState, "not now"));
     let answered = |update| match update {
         Update::Answered { intent, result } => Some((intent, result)),
         _ => None,
@@ -99,8 +99,7 @@ fn a_refusal_names_the_buttons_of_the_panel() {
         bench.connection.send(intent);
         let asked = daemon.hear();
         let message = format!("it would chatter; K = 410 N/m would pass{ANYWAY}");
-        let refusal = serde_json::to_string(&WireError::new(ErrorCode::WouldChatter, message)).expect("writes");
-        daemon.say(&format!(r#"{{"id":{},"error":{refusal}}}"#, asked.id));
+        daemon.refuse(asked.id, &WireError::new(ErrorCode::WouldChatter, message));
         let refused = bench.until(|update| match update {
             Update::Answered { result, .. } => result.err(),
             _ => None,
@@ -110,15 +109,6 @@ fn a_refusal_names_the_buttons_of_the_panel() {
             format!("it would chatter; K = 410 N/m would pass{end}")
         );
     }
-}
-
-#[test]
-fn unreadable_line_is_counted_and_the_connection_goes_on() {
-    let (bench, _listener, mut daemon) = introduced();
-    daemon.say(r#"{"event":"samples","seq":"first"}"#);
-    bench.until(|update| matches!(update, Update::Unreadable { .. }).then_some(()));
-    bench.connection.send(Intent::Engage);
-    assert_eq!(daemon.hear().request, Request::engage());
 }
 
 #[test]
@@ -177,29 +167,27 @@ fn adviser_is_asked_about_new_scenes_one_request_at_a_time() {
 }
 
 #[test]
-fn a_daemon_without_an_adviser_is_asked_once() {
+fn lines_that_cannot_be_read_do_not_end_the_conversation() {
     let (bench, _listener, mut daemon) = introduced();
-    daemon.report(&of_revision(1));
-    let advise = daemon.hear_advise();
-    let refusal = r#""error":{"code":"unknown_op","message":"unknown operation `advise`"}"#;
-    daemon.say(&format!(r#"{{"id":{advise},{refusal}}}"#));
-    assert_eq!(bench.until(advised).unwrap_err().code, ErrorCode::UnknownOp);
-    daemon.report(&of_revision(2));
-    bench.until(|update| matches!(update, Update::Event(Event::State(state)) if state.revision == 2).then_some(()));
-    bench.connection.send(Intent::Engage);
-    assert_eq!(daemon.hear().request, Request::engage());
-}
-
-#[test]
-fn advice_that_cannot_be_read_does_not_end_the_conversation() {
-    let (bench, _listener, mut daemon) = introduced();
+    daemon.say(r#"{"event":"samples","seq":"first"}"#);
+    bench.until(|update| matches!(update, Update::Unreadable { .. }).then_some(()));
     daemon.report(&of_revision(1));
     let advise = daemon.hear_advise();
     daemon.answer(advise, r#"{"advice":"later"}"#);
     let error = bench.until(advised).unwrap_err();
     assert!(error.message.contains("cannot be read"), "{error}");
     daemon.report(&of_revision(2));
-    daemon.hear_advise();
+    // A daemon without an adviser is asked no more.
+    let advise = daemon.hear_advise();
+    daemon.refuse(
+        advise,
+        &WireError::new(ErrorCode::UnknownOp, "unknown operation `advise`"),
+    );
+    assert_eq!(bench.until(advised).unwrap_err().code, ErrorCode::UnknownOp);
+    daemon.report(&of_revision(3));
+    bench.until(|update| matches!(update, Update::Event(Event::State(state)) if state.revision == 3).then_some(()));
+    bench.connection.send(Intent::Engage);
+    assert_eq!(daemon.hear().request, Request::engage());
 }
 
 #[test]
@@ -221,16 +209,12 @@ fn another_law_has_other_parameters_which_are_asked_for() {
 }
 
 /// A recording of one sample that is still written, with its file and what it holds.
-fn recording(bench: &Bench, format: Format) -> (Daemon, PathBuf, Totals) {
-    let listener = bench.listen();
-    let mut daemon = Daemon::accept(&listener);
-    daemon.introduce();
-    bench.until_connected();
-    let metadata = metadata();
+fn recording(format: Format) -> (Bench, Daemon, PathBuf, Totals) {
+    let (bench, _, mut daemon) = introduced();
     bench.connection.send(Intent::Record {
         format,
         folder: bench.dir.path().to_path_buf(),
-        metadata: Box::new(metadata),
+        metadata: Box::new(metadata()),
     });
     // It subscribes anew, and begins with the snapshot that comes of it.
     let subscribe = daemon.hear();
@@ -248,14 +232,13 @@ fn recording(bench: &Bench, format: Format) -> (Daemon, PathBuf, Totals) {
         Update::Recording(RecordingNews::Going { path, totals }) if totals.rows > 0 => Some((path, totals)),
         _ => None,
     });
-    (daemon, path, totals)
+    (bench, daemon, path, totals)
 }
 
 #[test]
 fn a_recording_has_its_end_mark_when_the_window_is_closed() {
     for format in [Format::Mcap, Format::Csv, Format::Parquet] {
-        let bench = Bench::new();
-        let (_daemon, path, _) = recording(&bench, format);
+        let (bench, _daemon, path, _) = recording(format);
         let before = haptic_recording::read(&path).map(|found| found.ending);
         assert_ne!(before.ok(), Some(Ending::Complete), "{format:?} is still written");
         let Bench { dir, connection } = bench;
@@ -268,8 +251,7 @@ fn a_recording_has_its_end_mark_when_the_window_is_closed() {
 
 #[test]
 fn recording_holds_received_rows_and_ends_with_connection() {
-    let bench = Bench::new();
-    let (daemon, _, going) = recording(&bench, Format::Csv);
+    let (bench, daemon, _, going) = recording(Format::Csv);
     assert_eq!((going.rows, going.lost), (1, 2));
     drop(daemon);
     let path = bench.until(|update| match update {

@@ -1,12 +1,11 @@
 //! Stops on the connection: always first, on a line of their own, and never reported as sent when
 //! they are not.
 
-use crate::daemon::{Bench, Daemon, LIMIT, StopLine, connected, greet, introduced, is_stop};
+use crate::daemon::{Bench, Daemon, HELLO, LIMIT, StopLine, connected, greet, introduced, is_stop};
 use haptic_ipc::Request;
 use haptic_panel::connection::Patience;
 use haptic_panel::{Intent, StopNews, Update};
-use std::io::{BufRead, BufReader, Write};
-use std::os::unix::net::UnixListener;
+use std::io::{BufRead, BufReader};
 use std::thread;
 use std::time::Duration;
 
@@ -32,7 +31,6 @@ fn stop_without_a_daemon_reaches_the_next_one_first() {
 #[test]
 fn a_stop_that_was_not_answered_is_sent_again() {
     let (bench, listener, mut daemon) = introduced();
-    bench.until_connected();
     bench.connection.send(Intent::Stop);
     assert_eq!(daemon.hear().request, Request::Stop {});
     drop(daemon);
@@ -50,8 +48,7 @@ fn a_stop_that_was_not_answered_is_sent_again() {
 // hazard: H4
 #[test]
 fn stop_has_its_own_connection_and_reports_its_time() {
-    let bench = Bench::new();
-    let (_listener, mut daemon, mut stops) = connected(&bench);
+    let (bench, _listener, mut daemon, mut stops) = connected();
     for number in 1..=3 {
         bench.connection.send(Intent::Stop);
         assert_eq!(stops.hear(), number);
@@ -69,8 +66,7 @@ fn stop_has_its_own_connection_and_reports_its_time() {
 // hazard: H4
 #[test]
 fn stop_counts_as_unsent_until_a_full_socket_takes_it() {
-    let bench = Bench::new();
-    let (_listener, _daemon, mut stops) = connected(&bench);
+    let (bench, _listener, _daemon, mut stops) = connected();
     // This daemon reads nothing.
     let mut pressed = 0;
     let reason = loop {
@@ -90,25 +86,14 @@ fn stop_counts_as_unsent_until_a_full_socket_takes_it() {
 
 // hazard: H4
 #[test]
-fn a_stop_without_a_daemon_is_reported_as_not_sent() {
-    let bench = Bench::new();
-    bench.until_lost();
-    bench.connection.stop();
-    let news = bench.until_stop_news();
-    assert!(
-        matches!(&news, StopNews::NotSent { reason } if reason == "no connection"),
-        "{news:?}"
-    );
-}
-
-#[test]
 fn a_waiting_stop_spares_the_fake_rig_that_the_panel_started() {
     // The daemon of this test says that its process is number 1.
     for (own_rig, is_pressed_again) in [(1, false), (1, true), (2, false)] {
         let bench = Bench::new();
         bench.until_lost();
         bench.connection.stop();
-        assert!(matches!(bench.until_stop_news(), StopNews::NotSent { .. }));
+        let reason = "no connection".to_owned();
+        assert_eq!(bench.until_stop_news(), StopNews::NotSent { reason });
         let stops = bench.connection.stops_pressed();
         bench.connection.set_own_rig(Some((own_rig, stops)));
         if is_pressed_again {
@@ -124,7 +109,7 @@ fn a_waiting_stop_spares_the_fake_rig_that_the_panel_started() {
             thread::spawn(move || {
                 let mut lines = Vec::new();
                 loop {
-                    lines.push(greet(&listener));
+                    lines.push(greet(&listener, HELLO));
                 }
             });
             bench.until(|update| matches!(update, Update::Stop(StopNews::Dropped)).then_some(()));
@@ -135,8 +120,7 @@ fn a_waiting_stop_spares_the_fake_rig_that_the_panel_started() {
 // hazard: H4
 #[test]
 fn unanswered_stop_of_a_dead_daemon_goes_to_the_next() {
-    let bench = Bench::new();
-    let (listener, daemon, mut stops) = connected(&bench);
+    let (bench, listener, daemon, mut stops) = connected();
     bench.connection.stop();
     stops.hear();
     assert_eq!(bench.until_stop_news(), StopNews::Sent);
@@ -145,7 +129,7 @@ fn unanswered_stop_of_a_dead_daemon_goes_to_the_next() {
     assert!(matches!(bench.until_stop_news(), StopNews::NotSent { .. }));
     let listener = bench.listen();
     // Whichever of the two connections comes first.
-    let mut line = BufReader::new(greet(&listener));
+    let mut line = BufReader::new(greet(&listener, HELLO));
     let mut text = String::new();
     line.read_line(&mut text).expect("a stop in time");
     assert!(is_stop(&text), "{text}");
@@ -154,8 +138,7 @@ fn unanswered_stop_of_a_dead_daemon_goes_to_the_next() {
 // hazard: H4
 #[test]
 fn engage_and_reset_queued_before_a_stop_are_dropped() {
-    let bench = Bench::new();
-    let (_listener, mut daemon, mut stops) = connected(&bench);
+    let (bench, _listener, mut daemon, mut stops) = connected();
     // The daemon reads nothing of the conversation, until its socket is full and the rest waits in the panel.
     let target = haptic_panel::Target {
         name: "mass".into(),
@@ -188,19 +171,12 @@ fn engage_and_reset_queued_before_a_stop_are_dropped() {
 #[test]
 fn a_full_daemon_is_left_to_other_clients_until_there_is_a_stop() {
     let (bench, listener, _daemon) = introduced();
-    bench.until_connected();
-    let for_a_moment = |listener: &UnixListener| {
-        let (mut stream, _) = listener.accept().expect("a client");
-        stream.set_read_timeout(Some(LIMIT)).expect("a time-out");
-        let hello = r#"{"hello":{"protocol":1,"server":"hapticd test","session":"1-9","rights":"stop"}}"#;
-        writeln!(stream, "{hello}").expect("it listens");
-        stream
-    };
+    let for_a_moment = r#"{"hello":{"protocol":1,"server":"hapticd test","session":"1-9","rights":"stop"}}"#;
     let mut idle = String::new();
-    let read = BufReader::new(for_a_moment(&listener)).read_line(&mut idle);
+    let read = BufReader::new(greet(&listener, for_a_moment)).read_line(&mut idle);
     assert_eq!(read.expect("it hangs up"), 0, "{idle}");
     bench.connection.stop();
-    let mut stops = StopLine(BufReader::new(for_a_moment(&listener)));
+    let mut stops = StopLine(BufReader::new(greet(&listener, for_a_moment)));
     let number = stops.hear();
     stops.confirm(number);
     bench.until(|update| matches!(update, Update::Stop(StopNews::Answered { .. })).then_some(()));

@@ -1,13 +1,13 @@
 //! A panel on the bench: its model, what it asks for, and a daemon's updates to feed it.
 
+pub(crate) use crate::state::state_event;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::Scene;
 use haptic_ipc::{
-    Description, ErrorCode, Event, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, StateEvent,
-    WireError, params_of,
+    Description, ErrorCode, Event, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, WireError,
 };
 use haptic_panel::{Answer, Files, Intent, Model, Page, Target, Update};
 use std::time::{Duration, Instant};
@@ -92,9 +92,9 @@ fn draw_glyphs_once(ctx: &egui::Context) {
 }
 
 /// The daemon's greeting.
-pub(crate) fn greeted(session: &str) -> Update {
+pub(crate) fn greeted(path: &str, session: &str) -> Update {
     Update::Connected {
-        path: SOCKET.into(),
+        path: path.into(),
         hello: Hello {
             protocol: 1,
             server: "hapticd 0.1.0".into(),
@@ -105,16 +105,20 @@ pub(crate) fn greeted(session: &str) -> Update {
     }
 }
 
-pub(crate) fn lose_the_daemon(panel: &mut Panel) {
-    let lost = Update::Disconnected {
-        path: SOCKET.into(),
+/// The daemon's end.
+pub(crate) fn lost(path: &str) -> Update {
+    Update::Disconnected {
+        path: path.into(),
         reason: "the daemon closed the connection".into(),
-    };
-    hear(panel, lost);
+    }
+}
+
+pub(crate) fn lose_the_daemon(panel: &mut Panel) {
+    hear(panel, lost(SOCKET));
 }
 
 pub(crate) fn find_another_daemon(panel: &mut Panel) {
-    hear(panel, greeted("1-2"));
+    hear(panel, greeted(SOCKET, "1-2"));
     hear(panel, in_state(RigState::Idle, 1));
 }
 
@@ -128,7 +132,7 @@ pub(crate) fn connected(state: RigState) -> Panel {
         parameters: ParameterDescription::all_of(&scene),
         sample_columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
     };
-    hear(&mut panel, greeted("1-1"));
+    hear(&mut panel, greeted(SOCKET, "1-1"));
     hear(&mut panel, Update::Described(description));
     hear(&mut panel, in_state(state, 100));
     panel
@@ -157,21 +161,6 @@ pub(crate) fn answer(panel: &mut Panel, intent: Intent, answer: Answer) {
 pub(crate) fn refuse(panel: &mut Panel, intent: Intent, code: ErrorCode, message: &str) {
     let result = Err(WireError::new(code, message));
     hear(panel, Update::Answered { intent, result });
-}
-
-pub(crate) fn state_event(state: RigState, tick: u64) -> StateEvent {
-    StateEvent {
-        law: "karnopp".to_owned(),
-        undo_depth: 0,
-        redo_depth: 0,
-        arrival: None,
-        state,
-        fault: None,
-        tick,
-        revision: 1,
-        scene: "paper".into(),
-        params: params_of(&Scene::paper()),
-    }
 }
 
 pub(crate) fn in_state(state: RigState, tick: u64) -> Update {

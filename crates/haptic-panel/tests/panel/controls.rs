@@ -1,13 +1,13 @@
 //! Every control of the panel has a name, and is named by a test.
 
 use crate::advice::{advised, check};
-use crate::bench::{Panel, at_page, connected, hear, is_enabled, panel, press};
+use crate::bench::{Panel, at_page, connected, hear, is_enabled, panel};
 use crate::files::going;
-use crate::identify::answered;
+use crate::layout::pages;
 use crate::library::listed;
 use crate::measure::open;
 use crate::plane::draw_circle;
-use crate::plots::{feel, rows};
+use crate::plots::{felt, rows};
 use crate::rig::status;
 use crate::scene::active_scene;
 use crate::study::{held, state, tell};
@@ -46,52 +46,32 @@ fn controls(panel: &Panel) -> BTreeSet<String> {
 }
 
 /// A panel that knows all of a rig and its scene.
-fn at_rig() -> Panel {
-    let mut panel = connected(RigState::Engaged);
+fn informed(mut panel: Panel) -> Panel {
     panel.set_size([1920.0, 4000.0].into());
     hear(&mut panel, active_scene(1, &Scene::paper()));
     let scenes = vec![listed("paper")];
     hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
     hear(&mut panel, Update::Status(Ok(Box::new(status()))));
-    hear(
-        &mut panel,
-        advised(
-            1,
-            vec![
-                check("friction", 16_000.0, Some(16_000.0)),
-                check("encoder", 160_000.0, None),
-            ],
-        ),
-    );
-    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    let checks = vec![
+        check("friction", 16_000.0, Some(16_000.0)),
+        check("encoder", 160_000.0, None),
+    ];
+    hear(&mut panel, advised(1, checks));
     panel
 }
 
 /// Panels that show, together, all that there is.
 fn panels() -> Vec<Panel> {
     let mut panels = vec![panel()];
-    for page in Page::ALL {
-        let mut panel = at_rig();
-        if *page == Page::Plane {
-            draw_circle(&mut panel);
-            panels.push(panel);
-            panel = at_rig();
-            draw_circle(&mut panel);
-        }
-        press(&mut panel, &format!("{} page", page.name()));
-        panels.push(panel);
-    }
-    let mut recording = at_rig();
-    press(&mut recording, "Record page");
+    panels.extend(pages().map(|(_, page)| informed(page())));
+    let mut plane = informed(connected(RigState::Engaged));
+    draw_circle(&mut plane);
+    let mut recording = informed(at_page(felt(0..2000, |_| 1.0), Page::Record));
     open(&mut recording, "/home/ada/r.mcap", rows(0..2000, |_| 1.0), &[]);
     hear(&mut recording, going("/home/ada/now.mcap"));
-    panels.push(recording);
-    panels.push(answered(at_page(at_rig(), Page::Identify)));
-    for task in [Task::Fitts, Task::Perception] {
-        let mut study = at_rig();
-        tell(&mut study, StudyNews::State(Box::new(state(task, held()))));
-        panels.push(study);
-    }
+    let mut study = informed(felt(0..2000, |_| 1.0));
+    tell(&mut study, StudyNews::State(Box::new(state(Task::Fitts, held()))));
+    panels.extend([plane, recording, study]);
     panels
 }
 

@@ -39,8 +39,8 @@ fn moved(panel: &Panel, before: &BTreeMap<(String, usize), Rect>) -> Vec<(String
         .collect()
 }
 
-/// Counts of a loop and of its link, all of which are `count`.
-fn counted(count: u64) -> Update {
+/// Counts of a loop and of its link: once, twice or thrice `count`.
+pub(crate) fn counted(count: u64) -> Update {
     let mut timing: Timing = timing(Vec::new());
     for window in [&mut timing.since_start, &mut timing.last_10_s] {
         (window.overruns, window.missed_periods) = (count, count);
@@ -57,10 +57,11 @@ fn counted(count: u64) -> Update {
         }),
         counts: LinkCounts {
             lost: count,
-            bad_crc: count,
-            late: count,
+            bad_crc: 2 * count,
+            late: 3 * count,
             ..LinkCounts::default()
         },
+        round_trip_us: 1234.0,
         clock_drift_ppm: Some(-12.3),
         ..LinkStatus::default()
     });

@@ -13,7 +13,7 @@ const USUAL: egui::Vec2 = vec2(1280.0, 760.0);
 const SMALLEST: f32 = 13.0;
 
 /// Every text that is drawn, with the area outside which nothing of it is seen.
-fn texts(panel: &Panel) -> Vec<(Rect, &TextShape)> {
+pub(crate) fn texts(panel: &Panel) -> Vec<(Rect, &TextShape)> {
     fn within<'a>(clip: Rect, shape: &'a Shape, texts: &mut Vec<(Rect, &'a TextShape)>) {
         match shape {
             Shape::Text(text) => texts.push((clip, text)),
@@ -54,13 +54,8 @@ fn no_text_is_too_small_or_cut_at_an_edge() {
         assert!(texts.len() > 8, "{name}");
         for (clip, text) in texts {
             let (words, rect) = (text.galley.text(), text.visual_bounding_rect());
-            let sizes = text
-                .galley
-                .job
-                .sections
-                .iter()
-                .map(|section| section.format.font_id.size);
-            if sizes.into_iter().any(|size| size < SMALLEST) {
+            let mut sections = text.galley.job.sections.iter();
+            if sections.any(|section| section.format.font_id.size < SMALLEST) {
                 bad.push(format!("{name}: {words} is too small"));
             }
             // What is scrolled out of sight is not cut.

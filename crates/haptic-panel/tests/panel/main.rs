@@ -19,6 +19,8 @@ mod plots;
 mod remembered;
 mod rig;
 mod scene;
+#[path = "../fixture/state.rs"]
+mod state;
 mod stop;
 mod study;
 mod values;

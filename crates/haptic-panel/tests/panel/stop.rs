@@ -1,6 +1,7 @@
 //! Stop: its keys, its button, and what the panel says of it.
 
 use crate::bench::{Hands as _, Panel, asked, connected, hear, in_state, press, strike, type_into, value_of, wait};
+use crate::legible::texts;
 use crate::plane::draw_circle;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
@@ -37,8 +38,7 @@ fn text_fields(panel: &Panel) -> Vec<String> {
 
 /// Whether a text is drawn.
 fn is_drawn(panel: &Panel, text: &str) -> bool {
-    let mut shapes = panel.output().shapes.iter();
-    shapes.any(|shape| matches!(&shape.shape, egui::Shape::Text(shape) if shape.galley.text() == text))
+    texts(panel).iter().any(|(_, shape)| shape.galley.text() == text)
 }
 
 // hazard: H28
@@ -139,15 +139,24 @@ fn the_button_stops_when_pressed_and_only_once() {
 
 /// Presses Space, and looks once at what is shown of it.
 fn press_stop(panel: &mut Panel) {
-    panel.event(egui::Event::Key {
-        key: Key::Space,
-        physical_key: None,
-        pressed: true,
-        repeat: false,
-        modifiers: Modifiers::NONE,
-    });
+    panel.key_press(Key::Space);
     panel.step();
-    panel.step();
+}
+
+/// The daemon's answer to a stop, so long after the press.
+fn answered(after: Duration, result: Result<StateReply, WireError>) -> Update {
+    Update::Stop(StopNews::Answered { after, result })
+}
+
+/// The daemon has stopped the rig in a tick.
+fn confirmed(after: Duration, tick: u64) -> Update {
+    let state = RigState::Stopped;
+    answered(after, Ok(StateReply { state, tick }))
+}
+
+fn not_sent(reason: &str) -> Update {
+    let reason = reason.to_owned();
+    Update::Stop(StopNews::NotSent { reason })
 }
 
 #[test]
@@ -157,17 +166,9 @@ fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
     panel.state_mut().model.apply(Update::Stop(StopNews::Sent));
     panel.step();
     panel.get_by_label_contains("Stop sent, NOT confirmed");
-    let reply = StateReply {
-        state: RigState::Stopped,
-        tick: 4711,
-    };
     // It goes out on two connections, and the first answer counts.
     for after_us in [3400, 5600] {
-        let answered = StopNews::Answered {
-            after: Duration::from_micros(after_us),
-            result: Ok(reply.clone()),
-        };
-        hear(&mut panel, Update::Stop(answered));
+        hear(&mut panel, confirmed(Duration::from_micros(after_us), 4711));
         panel.get_by_label("Stopped (confirmed, 3 ms) at tick 4711");
     }
     // The events of the tick come after the answer, on the other connection: it was engaged in that tick and stopped.
@@ -175,18 +176,9 @@ fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
     hear(&mut panel, in_state(RigState::Stopped, 4711));
     panel.get_by_label("Stopped (confirmed, 3 ms) at tick 4711");
     // The same key, seen again, stops a rig that is stopped.
-    let again = || {
-        Update::Stop(StopNews::Answered {
-            after: Duration::ZERO,
-            result: Ok(StateReply {
-                state: RigState::Stopped,
-                tick: 4739,
-            }),
-        })
-    };
     panel.key_press(Key::Escape);
     panel.step();
-    hear(&mut panel, again());
+    hear(&mut panel, confirmed(Duration::ZERO, 4739));
     panel.get_by_label("Stopped (confirmed, 3 ms) at tick 4711");
     hear(&mut panel, in_state(RigState::Idle, 4713));
     assert!(panel.query_by_label_contains("at tick 4711").is_none(), "it was reset");
@@ -194,7 +186,7 @@ fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
     panel.get_by_label("Stopped at tick 4715");
     // Another client's stop came first.
     press_stop(&mut panel);
-    hear(&mut panel, again());
+    hear(&mut panel, confirmed(Duration::ZERO, 4739));
     panel.get_by_label("Stopped (confirmed, 0 ms) at tick 4715");
 }
 
@@ -204,30 +196,25 @@ fn a_stop_is_shown_as_sent_only_when_it_was() {
     let mut panel = connected(RigState::Engaged);
     press_stop(&mut panel);
     panel.get_by_label("Stop asked for, not sent yet");
-    let not_sent = StopNews::NotSent {
-        reason: "the daemon does not read".into(),
-    };
-    hear(&mut panel, Update::Stop(not_sent));
+    hear(&mut panel, not_sent("the daemon does not read"));
     panel.get_by_label_contains("Stop NOT sent: the daemon does not read. Cut the motor's power");
     panel.state_mut().model.apply(Update::Stop(StopNews::Sent));
     panel.step();
     panel.get_by_label("Stop sent, not confirmed yet");
     wait(&mut panel, 1.0);
     panel.get_by_label_contains("Stop sent, NOT confirmed: the daemon does not answer. Cut the motor's power");
-    let lost = StopNews::NotSent {
-        reason: "no connection".into(),
-    };
-    hear(&mut panel, Update::Stop(lost));
+    hear(&mut panel, not_sent("no connection"));
     panel.get_by_label_contains("Stop NOT sent: no connection. Cut the motor's power");
-    let answered = StopNews::Answered {
-        after: Duration::from_secs(7),
-        result: Ok(StateReply {
-            state: RigState::Stopped,
-            tick: 4711,
-        }),
-    };
-    hear(&mut panel, Update::Stop(answered));
+    hear(&mut panel, confirmed(Duration::from_secs(7), 4711));
     panel.get_by_label("Stopped (confirmed, 7000 ms) at tick 4711");
+    // The next one is without any news, and is dropped at last.
+    hear(&mut panel, in_state(RigState::Engaged, 4800));
+    press_stop(&mut panel);
+    panel.get_by_label("Stop asked for, not sent yet");
+    wait(&mut panel, 1.0);
+    panel.get_by_label_contains("Stop NOT sent: the panel is stuck. Cut the motor's power");
+    hear(&mut panel, Update::Stop(StopNews::Dropped));
+    assert!(panel.query_by_label_contains("Stop NOT sent").is_none());
 }
 
 #[test]
@@ -244,41 +231,17 @@ fn grey_engage_after_a_stop_says_what_comes_first() {
     }
 }
 
-#[test]
-fn a_dropped_stop_is_shown_no_longer() {
-    let mut panel = connected(RigState::Idle);
-    press_stop(&mut panel);
-    let reason = "no connection".into();
-    hear(&mut panel, Update::Stop(StopNews::NotSent { reason }));
-    panel.get_by_label_contains("Stop NOT sent");
-    hear(&mut panel, Update::Stop(StopNews::Dropped));
-    assert!(panel.query_by_label_contains("Stop NOT sent").is_none());
-}
-
-#[test]
-fn unsent_stop_is_never_shown_as_sent() {
-    let mut panel = connected(RigState::Engaged);
-    press_stop(&mut panel);
-    panel.get_by_label("Stop asked for, not sent yet");
-    wait(&mut panel, 1.0);
-    panel.get_by_label_contains("Stop NOT sent: the panel is stuck. Cut the motor's power");
-}
-
 /// The daemon's refusal of a stop.
-fn refused(error: WireError) -> Update {
-    let after = Duration::from_millis(3);
-    Update::Stop(StopNews::Answered {
-        after,
-        result: Err(error),
-    })
+fn refused(code: ErrorCode, message: &str) -> Update {
+    answered(Duration::from_millis(3), Err(WireError::new(code, message)))
 }
 
 #[test]
 fn a_stop_that_failed_says_so() {
     let mut panel = connected(RigState::Engaged);
     panel.hit(Key::Escape);
-    let error = WireError::new(ErrorCode::NotResponding, "the real-time thread does not answer");
-    hear(&mut panel, refused(error));
+    let why = "the real-time thread does not answer";
+    hear(&mut panel, refused(ErrorCode::NotResponding, why));
     panel.get_by_label("Not stopped: the real-time thread does not answer");
     hear(&mut panel, in_state(RigState::Stopped, 200));
     assert!(
@@ -291,10 +254,7 @@ fn a_stop_that_failed_says_so() {
 fn stop_without_a_device_is_shown_until_the_rig_is_reset() {
     let mut panel = connected(RigState::Disconnected);
     panel.hit(Key::Escape);
-    hear(
-        &mut panel,
-        refused(WireError::new(ErrorCode::NoDevice, "no device is connected")),
-    );
+    hear(&mut panel, refused(ErrorCode::NoDevice, "no device is connected"));
     for (state, tick) in [(RigState::Disconnected, 199), (RigState::Stopped, 200)] {
         hear(&mut panel, in_state(state, tick));
         panel.get_by_label("Stop not heard: no device is connected");

@@ -32,15 +32,6 @@ pub(crate) fn state(task: Task, stage: Stage) -> StudyState {
     }
 }
 
-#[test]
-fn the_page_of_the_other_task_leads_to_the_study_that_is_open() {
-    let mut panel = at_page(connected(RigState::Engaged), Page::Task);
-    tell(&mut panel, StudyNews::State(Box::new(state(Task::Perception, held()))));
-    let mut panel = at_page(panel, Page::Task);
-    press(&mut panel, "To the page Perception");
-    assert_eq!(panel.state().model.page(), Page::Perception);
-}
-
 pub(crate) fn held() -> Stage {
     Stage::Held {
         why: "Paused".to_owned(),
@@ -115,6 +106,7 @@ fn open_study_turns_to_its_page_and_controls_send_commands() {
         "Paused",
         "Resistance",
         "viscous",
+        "12 of 440 trials",
         "study position plot",
         "study force plot",
         "No trial since the study was opened; its files have those before",
@@ -133,7 +125,10 @@ fn open_study_turns_to_its_page_and_controls_send_commands() {
     assert_eq!(value_of(&panel, "note on the study"), "");
     press(&mut panel, "close the study");
     assert_eq!(commands(&mut panel), [StudyCommand::Close]);
-    tell(&mut panel, StudyNews::State(Box::new(state(Task::Fitts, running()))));
+    let mut later = state(Task::Fitts, running());
+    later.subjects[0].time_left = Some("about 15 min left".to_owned());
+    tell(&mut panel, StudyNews::State(Box::new(later)));
+    panel.get_by_label("12 of 440 trials, about 15 min left");
     for free in ["Go on", "subject", "close the study"] {
         assert!(!is_enabled(&panel, free), "{free}: a subject is at work");
     }
@@ -143,10 +138,6 @@ fn open_study_turns_to_its_page_and_controls_send_commands() {
     tell(&mut panel, StudyNews::Row(row(&[], Some("the rig is stopped"))));
     panel.get_by_label("0.612");
     panel.get_by_label("void: the rig is stopped");
-    panel.state_mut().model.turn_to(Page::Perception);
-    panel.run();
-    press(&mut panel, "To the page Task");
-    assert_eq!(panel.state().model.page(), Page::Task);
     tell(&mut panel, StudyNews::Closed);
     assert_eq!(value_of(&panel, "folder of the study"), "/home/ada/study");
 }
@@ -187,9 +178,13 @@ fn row(cells: &[&str], void: Option<&str>) -> StudyRow {
 
 #[test]
 fn the_subjects_window_opens_and_a_key_stops_beside_it() {
-    for task in [Task::Fitts, Task::Perception] {
+    let (fitts, perception) = ((Task::Fitts, Page::Task), (Task::Perception, Page::Perception));
+    for ((task, page), (_, other)) in [(fitts, perception), (perception, fitts)] {
         let mut panel = connected(RigState::Engaged);
         tell(&mut panel, StudyNews::State(Box::new(state(task, running()))));
+        let mut panel = at_page(panel, other);
+        press(&mut panel, &format!("To the page {}", page.name()));
+        assert_eq!(panel.state().model.page(), page);
         assert!(!is_enabled(&panel, "Full screen"));
         press(&mut panel, "Subject's screen");
         panel.get_by_label("Please wait");

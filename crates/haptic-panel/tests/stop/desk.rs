@@ -115,7 +115,7 @@ impl Desk {
     pub(crate) fn frames(&self) -> String {
         let mut frames = self.frames.clone();
         frames.sort();
-        percentiles(&frames)
+        percentiles(&frames).join(", ")
     }
 
     /// The work of a window when there is something to draw.
@@ -287,10 +287,9 @@ fn listen(socket: &Path) -> mpsc::Receiver<Instant> {
 }
 
 /// Median, 99th percentile and maximum of sorted times.
-pub(crate) fn percentiles(times: &[Duration]) -> String {
-    let ms = |time: Duration| format!("{:.1} ms", time.as_secs_f64() * 1e3);
-    let at = |hundredths: usize| ms(times[(times.len() * hundredths / 100).min(times.len() - 1)]);
-    format!("p50 {}, p99 {}, longest {}", at(50), at(99), at(100))
+pub(crate) fn percentiles(times: &[Duration]) -> [String; 3] {
+    let at = |hundredths: usize| times[(times.len() * hundredths / 100).min(times.len() - 1)];
+    [50, 99, 100].map(|hundredths| format!("{:.1} ms", at(hundredths).as_secs_f64() * 1e3))
 }
 
 /// An hour at 1 kHz; in a short run five minutes.

@@ -26,17 +26,28 @@ const STOPS: usize = 1000;
 fn stops(desk: &mut Desk, what: &str, count: usize) -> Vec<Duration> {
     let mut times: Vec<Duration> = (0..count).map(|_| desk.press_and_wait()).collect();
     times.sort();
-    println!("{what}: {}", percentiles(&times));
+    println!("{what}: p50, p99, longest {}", percentiles(&times).join(", "));
     times
 }
 
-fn record_to_a_stalled_disk(desk: &mut Desk, pipe: &Pipe) {
+fn record(desk: &mut Desk, pipe: &Pipe) {
     desk.ask(Intent::Record {
         folder: pipe.path().to_path_buf(),
         format: haptic_recording::Format::Csv,
         metadata: Box::new(metadata()),
     });
+}
+
+fn record_to_a_stalled_disk(desk: &mut Desk, pipe: &Pipe) {
+    record(desk, pipe);
     desk.draw_until("the pipe is full", |_| pipe.is_full());
+}
+
+fn export(desk: &mut Desk, pipe: &Pipe) {
+    desk.ask(Intent::Export {
+        format: Format::Csv,
+        folder: pipe.path().to_path_buf(),
+    });
 }
 
 #[test]
@@ -69,11 +80,7 @@ fn a_recording_on_a_stalled_disk_does_not_keep_a_stop_waiting() {
 fn recording_into_an_unopened_pipe_does_not_delay_a_stop() {
     let mut desk = Desk::new();
     let pipe = Pipe::unopened();
-    desk.ask(Intent::Record {
-        folder: pipe.path().to_path_buf(),
-        format: haptic_recording::Format::Csv,
-        metadata: Box::new(metadata()),
-    });
+    record(&mut desk, &pipe);
     stops(&mut desk, "recording into a pipe that nobody opens", 5);
 }
 
@@ -87,15 +94,12 @@ fn hour_long_recording_does_not_delay_a_stop() {
     println!("a frame of it: {}", desk.frames());
 
     // It is not read, so that the export is not over meanwhile.
-    let export = Pipe::new();
-    desk.ask(Intent::Export {
-        format: Format::Csv,
-        folder: export.path().to_path_buf(),
-    });
-    desk.draw_until("the pipe is full", |_| export.is_full());
+    let pipe = Pipe::new();
+    export(&mut desk, &pipe);
+    desk.draw_until("the pipe is full", |_| pipe.is_full());
     stops(&mut desk, "exporting it to a stalled disk", 3);
     assert_eq!(desk.files_busy(), 1, "it is still at work");
-    let drained = export.drain();
+    let drained = pipe.drain();
     stops(&mut desk, "exporting it", 3);
 
     let recording = Pipe::unopened();
@@ -155,33 +159,25 @@ fn an_identification_does_not_keep_a_stop_waiting() {
 #[test]
 #[ignore = "prints a table; takes minutes"]
 fn table_of_stops() {
-    let mut rows = Vec::new();
+    let row = |desk: &mut Desk, what| (what, stops(desk, what, STOPS));
     let mut desk = Desk::new();
     let mut times: Vec<Duration> = (0..STOPS).map(|_| desk.stop_without_panel()).collect();
     times.sort();
-    rows.push(("a client without a panel", times));
-    rows.push(("idle panel", stops(&mut desk, "idle panel", STOPS)));
+    let mut rows = vec![("a client without a panel", times), row(&mut desk, "idle panel")];
     let pipe = Pipe::new();
     record_to_a_stalled_disk(&mut desk, &pipe);
-    let times = stops(&mut desk, "recording to a stalled disk", STOPS);
-    rows.push(("recording to a stalled disk", times));
+    rows.push(row(&mut desk, "recording to a stalled disk"));
     drop(desk);
 
     let mut desk = Desk::new();
     desk.open(an_hour());
-    rows.push((
-        "an hour's recording open",
-        stops(&mut desk, "an hour's recording open", STOPS),
-    ));
+    rows.push(row(&mut desk, "an hour's recording open"));
     println!("a frame of it: {}", desk.frames());
     let mut times = Vec::new();
     while times.len() < STOPS {
         let pipe = Pipe::new();
         let drained = pipe.drain();
-        desk.ask(Intent::Export {
-            format: Format::Csv,
-            folder: pipe.path().to_path_buf(),
-        });
+        export(&mut desk, &pipe);
         while desk.files_busy() > 0 && times.len() < STOPS {
             times.push(desk.press_and_wait());
         }
@@ -191,13 +187,6 @@ fn table_of_stops() {
     rows.push(("exporting it as CSV", times));
     println!("\n| key to the daemon's confirmation, {STOPS} stops | p50 | p99 | longest |\n|---|---|---|---|");
     for (what, times) in rows {
-        println!(
-            "| {what} | {} |",
-            percentiles(&times)
-                .replace(", ", " | ")
-                .replace("p50 ", "")
-                .replace("p99 ", "")
-                .replace("longest ", "")
-        );
+        println!("| {what} | {} |", percentiles(&times).join(" | "));
     }
 }

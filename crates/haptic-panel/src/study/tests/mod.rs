@@ -1,6 +1,8 @@
 //! A subject's study at a daemon that the test plays: what is asked of it, what is kept, and what voids a trial.
 
 mod choosing;
+#[path = "../../../tests/fixture/state.rs"]
+mod state;
 
 use super::subject_screen::SubjectScreen;
 use super::*;
@@ -16,6 +18,7 @@ use haptic_ipc::{
 use haptic_studies::session::Phase;
 use haptic_studies::store;
 use haptic_studies::trial::{FittsTrial, PerceptionTrial};
+use state::state_event;
 use std::path::Path;
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
@@ -162,16 +165,9 @@ impl Daemon {
 
     fn tell_state(&self) {
         self.link.hear(&Update::Event(Event::State(StateEvent {
-            state: self.state,
             fault: (self.state == RigState::Faulted).then(|| "control_lost".to_owned()),
-            tick: self.tick,
             revision: self.revision,
-            scene: "any".to_owned(),
-            law: "karnopp".to_owned(),
-            params: params_of(&Scene::paper()),
-            undo_depth: 0,
-            redo_depth: 0,
-            arrival: None,
+            ..state_event(self.state, self.tick)
         })));
     }
 
@@ -205,18 +201,21 @@ impl Daemon {
         }
     }
 
+    /// Takes the next news.
+    fn take_news(&mut self) {
+        match self.updates.recv_timeout(PATIENCE) {
+            Ok(Update::Study(StudyNews::State(state))) => self.stage = Some(state.stage),
+            Ok(Update::Study(StudyNews::Row(row))) => self.rows.push(row),
+            Ok(Update::Study(StudyNews::Failed(why))) => panic!("{why}"),
+            Ok(_) => {}
+            Err(error) => panic!("{error}: {:?}", self.stage),
+        }
+    }
+
     /// Waits until the experimenter is shown a stage.
     fn until(&mut self, is_wanted: impl Fn(&Stage) -> bool) {
-        let began = Instant::now();
         while !self.stage.as_ref().is_some_and(&is_wanted) {
-            assert!(began.elapsed() < PATIENCE, "{:?}", self.stage);
-            match self.updates.recv_timeout(PATIENCE) {
-                Ok(Update::Study(StudyNews::State(state))) => self.stage = Some(state.stage),
-                Ok(Update::Study(StudyNews::Row(row))) => self.rows.push(row),
-                Ok(Update::Study(StudyNews::Failed(why))) => panic!("{why}"),
-                Ok(_) => {}
-                Err(error) => panic!("{error}: {:?}", self.stage),
-            }
+            self.take_news();
         }
     }
 
@@ -226,11 +225,7 @@ impl Daemon {
             self.stage = None;
         }
         while self.rows.is_empty() {
-            match self.updates.recv_timeout(PATIENCE).expect("a row") {
-                Update::Study(StudyNews::Row(row)) => self.rows.push(row),
-                Update::Study(StudyNews::State(state)) => self.stage = Some(state.stage),
-                _ => {}
-            }
+            self.take_news();
         }
         self.rows.remove(0)
     }
@@ -285,11 +280,16 @@ impl Daemon {
         self.link.command(StudyCommand::GoOn);
     }
 
-    /// Begins, up to the first target.
-    fn begin(&mut self) {
+    /// Begins, up to the first scene.
+    fn begin_reading(&mut self) {
         self.go_on();
         self.until(|stage| matches!(stage, Stage::Running { what } if what.contains("instructions")));
         self.read();
+    }
+
+    /// Begins, up to the first target.
+    fn begin(&mut self) {
+        self.begin_reading();
         self.render();
         for (state, advice) in [
             (RigState::Idle, "Waiting for the rig: engage it in"),
@@ -325,12 +325,8 @@ fn a_rig_of_two_axes_gets_no_study() {
     daemon.link.hear(&Update::Status(Ok(Box::new(status))));
     daemon.go_on();
     daemon.until(|stage| matches!(stage, Stage::Waiting { what } if what.contains("one axis")));
-    assert!(
-        daemon
-            .intents
-            .try_iter()
-            .all(|intent| matches!(intent, Intent::Lease { .. }))
-    );
+    let mut asked = daemon.intents.try_iter();
+    assert!(asked.all(|intent| matches!(intent, Intent::Lease { .. })));
 }
 
 #[test]
@@ -350,11 +346,8 @@ fn trial_is_saved_with_its_recording() {
     assert!((frame.reach_m - 0.06).abs() < 1e-9);
     let kept = rows(&daemon.study());
     assert_eq!((kept.len(), kept[0].errors, kept[0].subject.as_str()), (1, 1, "P7"));
-    assert!(
-        (kept[0].movement_time_s - 0.202).abs() < 1e-9,
-        "{}",
-        kept[0].movement_time_s
-    );
+    let time_s = kept[0].movement_time_s;
+    assert!((time_s - 0.202).abs() < 1e-9, "{time_s}");
     let recording = daemon.study().join(kept[0].recording.as_ref().expect("a recording"));
     assert!(haptic_recording::read(&recording).expect("it is read").rows.len() >= 202);
 }
@@ -389,11 +382,8 @@ fn fault_lost_rig_or_foreign_change_holds_the_study() {
         if daemon.state != RigState::Disconnected {
             daemon.ticks(10);
         }
-        let row = daemon.row();
-        assert!(
-            row.void.as_deref().is_some_and(|why_void| why_void.starts_with(why)),
-            "{why}: {row:?}"
-        );
+        let void = daemon.row().void.expect("it is void");
+        assert!(void.starts_with(why), "{why}: {void}");
         daemon.until(is_held);
         // Not by itself, whatever the rig does.
         daemon.turn(RigState::Engaged);
@@ -416,9 +406,7 @@ fn fault_lost_rig_or_foreign_change_holds_the_study() {
 #[test]
 fn a_refused_scene_is_shown_and_asked_for_again_after_consent() {
     let mut daemon = Daemon::with_study(TARGETS);
-    daemon.go_on();
-    daemon.until(|stage| matches!(stage, Stage::Running { what } if what.contains("instructions")));
-    daemon.read();
+    daemon.begin_reading();
     let intent = daemon.intent();
     daemon.revision += 1;
     daemon.tell_state();
@@ -433,9 +421,7 @@ fn a_refused_scene_is_shown_and_asked_for_again_after_consent() {
 #[test]
 fn question_renders_its_surfaces_in_turn_and_keeps_answer() {
     let mut daemon = Daemon::with_study(SURFACES);
-    daemon.go_on();
-    daemon.until(|stage| matches!(stage, Stage::Running { what } if what.contains("instructions")));
-    daemon.read();
+    daemon.begin_reading();
     daemon.turn(RigState::Engaged);
     let mut felt = vec![daemon.render()];
     let began = Instant::now();
@@ -484,11 +470,18 @@ fn closed_study_returns_the_rig_and_can_be_resumed() {
     let is_given_back =
         matches!(&news, Update::Study(StudyNews::Noted { text: given, outcome: Err(_) }) if *given == text);
     assert!(is_given_back, "{news:?}");
+    let put_back = Intent::TrialScene {
+        scene: Box::new(Scene::paper()),
+        if_revision: daemon.revision,
+        ramp_ms: 200.0,
+    };
+    let given_back = [
+        put_back,
+        Intent::Lease { timeout_ms: 0 },
+        Intent::Stream { batch_ms: 34 },
+    ];
     let asked: Vec<Intent> = daemon.intents.try_iter().collect();
-    assert!(
-        asked.ends_with(&[Intent::Lease { timeout_ms: 0 }, Intent::Stream { batch_ms: 34 }]),
-        "{asked:?}"
-    );
+    assert!(asked.ends_with(&given_back), "{asked:?}");
     daemon.link.command(StudyCommand::Open { folder: daemon.study() });
     let state = loop {
         match daemon.updates.recv_timeout(PATIENCE).expect("news") {
