@@ -8,12 +8,11 @@
 //! Twenty seconds of each; the X server is not counted. The rest of the machine should be quiet: what shares the
 //! processor's caches makes the same work longer.
 
-use haptic_ipc::{Request, StateReply};
 use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 use system_tests::screen::{Panel, Screen};
-use system_tests::{Daemon, wait_for};
+use system_tests::{Daemon, engage, wait_for};
 
 /// What is measured of each, s.
 const MEASURED_S: u64 = 20;
@@ -23,9 +22,6 @@ const COMING_UP_S: u64 = 6;
 
 /// Where Freeze is in a window of any size, pixels.
 const FREEZE: (usize, usize) = (410, 175);
-
-/// Where the time that is seen is typed, pixels.
-const SPAN: (usize, usize) = (588, 175);
 
 /// Share of a core that a panel takes, in percent.
 fn share(panel: &Panel) -> f64 {
@@ -54,18 +50,10 @@ fn measure<T>(
     wait_for(&mut daemon.client(), "the panel to go", |status| status.clients == 1);
 }
 
-fn click(screen: &Screen, place: (usize, usize)) {
-    screen.click(place);
-    // Out of the way, so that nothing is drawn for the pointer.
-    screen.act(&["mousemove", "1", "1"]);
-}
-
 /// A daemon that feels a moving hand.
 fn engaged(arguments: &[&str]) -> Daemon {
     let daemon = Daemon::start(arguments);
-    let mut client = daemon.client();
-    client.request::<StateReply>(Request::engage()).expect("it engages");
-    drop(client);
+    engage(&mut daemon.client());
     daemon
 }
 
@@ -77,41 +65,22 @@ fn main() {
     for size in [usual, (1024, 640), (1920, 1080)] {
         measure(&daemon, "Tune, 5 s in sight", size, &[], |_| {});
     }
-    measure(&daemon, "Tune, 60 s in sight", usual, &[], |screen| {
-        // Without a window manager nobody gives it the keyboard.
-        screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
-        click(screen, SPAN);
-        // The number becomes a text field in the frame after the click: what is typed before is lost.
-        thread::sleep(Duration::from_secs(1));
-        for keys in [&["key", "ctrl+a"][..], &["type", "60"], &["key", "Return"]] {
-            screen.act(keys);
-        }
+    measure(&daemon, "Tune, frozen", usual, &[], |screen| {
+        screen.click(FREEZE);
+        // Out of the way, so that nothing is drawn for the pointer.
+        screen.act(&["mousemove", "1", "1"]);
     });
-    measure(&daemon, "Tune, frozen", usual, &[], |screen| click(screen, FREEZE));
     measure(&daemon, "Tune, covered by another window", usual, &[], |screen| {
         screen.panel(Path::new("/nowhere"), &[])
     });
-    measure(
-        &daemon,
-        "Record, no recording open",
-        usual,
-        &["--page", "record"],
-        |_| {},
-    );
     let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/recording-of-servo-3.mcap");
-    measure(
-        &daemon,
-        "Record, a recording open",
-        usual,
-        &["--open", recording],
-        |_| {},
-    );
-    for (what, page) in [
-        ("Identify", "identify"),
-        ("Task, no study open", "task"),
-        ("Perception, no study open", "perception"),
+    for (what, shows) in [
+        ("Record, a recording open", ["--open", recording]),
+        ("Identify", ["--page", "identify"]),
+        ("Task, no study open", ["--page", "task"]),
+        ("Perception, no study open", ["--page", "perception"]),
     ] {
-        measure(&daemon, what, usual, &["--page", page], |_| {});
+        measure(&daemon, what, usual, &shows, |_| {});
     }
     let plane = engaged(&["--kinematics", "xy", "--hand", "circle"]);
     for (what, page) in [("Plane, two axes", "plane"), ("Tune, two axes", "tune")] {

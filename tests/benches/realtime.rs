@@ -10,20 +10,19 @@
 //! seconds each, and the medians of the turns stand side by side: a turn in which the host took the
 //! processor away does not decide. The rest of the machine should be quiet.
 
-use haptic_ipc::{ChangeReply, Changes, Client, Event, Request, SubscribeReply, Timing, TimingWindow, Topic};
+use haptic_ipc::{ChangeReply, Changes, Request, TimingWindow};
+use rustix::process::Signal;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use system_tests::measure::{median, percentile, us};
-use system_tests::process::size_kib;
+use system_tests::measure::{TURN_S, TURNS, last_turn, median, turn, us};
+use system_tests::process::{end, size_kib};
 use system_tests::screen::Screen;
-use system_tests::{Daemon, binary, processors, wait_for};
+use system_tests::{Daemon, binary, engage, processors, wait_for};
 
-const TURNS: usize = 5;
-const TURN_S: u64 = 10;
 /// Turns against cyclictest: here the machine's mood changes faster than the turns.
 const WAKE_TURNS: usize = 9;
 
@@ -73,33 +72,20 @@ fn table(title: &str, columns: &[Column<'_>]) {
     }
 }
 
-fn ratio(what: &str, ours: &[[f64; 4]], theirs: &[[f64; 4]]) {
-    let of = |turns: &[[f64; 4]], row: usize| median(turns.iter().map(|turn| turn[row]).collect());
-    println!(
-        "{what}: p50 x {:.3}, p99 x {:.3}",
-        of(ours, 0) / of(theirs, 0),
-        of(ours, 1) / of(theirs, 1)
-    );
+fn ratio_of(ours: &[[f64; 4]], theirs: &[[f64; 4]]) -> String {
+    let of = |row: usize| [ours, theirs].map(|turns| median(turns.iter().map(|turn| turn[row]).collect()));
+    let [[ours_p50, theirs_p50], [ours_p99, theirs_p99]] = [of(0), of(1)];
+    format!("p50 x {:.3}, p99 x {:.3}", ours_p50 / theirs_p50, ours_p99 / theirs_p99)
 }
 
 fn row(percentiles: haptic_ipc::Percentiles) -> [f64; 4] {
     [percentiles.p50, percentiles.p99, percentiles.p999, percentiles.max].map(us)
 }
 
-fn timing(client: &mut Client) -> Timing {
-    client.request(Request::Timing {}).expect("the timing")
-}
-
-/// The daemon's own account of a turn.
-fn turn_of(client: &mut Client) -> TimingWindow {
-    std::thread::sleep(Duration::from_secs(TURN_S));
-    timing(client).last_10_s
-}
-
 /// A turn of a daemon that nobody asks for anything.
 fn turn_of_daemon(arguments: &[&str]) -> TimingWindow {
     let daemon = Daemon::start(arguments);
-    turn_of(&mut daemon.client())
+    turn(&mut daemon.client())
 }
 
 /// A turn of cyclictest: wake-up latencies, us.
@@ -154,12 +140,7 @@ fn turn_of_cyclictest() -> [f64; 4] {
 
 /// Wake-up latency against cyclictest, with and without the spin tail.
 fn wake() {
-    if Command::new("cyclictest")
-        .arg("--help")
-        .stderr(Stdio::null())
-        .output()
-        .is_err()
-    {
+    if !test_run::is_there("cyclictest") {
         println!("SKIPPED: wake: cyclictest is missing (Debian: apt install rt-tests)");
         return;
     }
@@ -169,7 +150,8 @@ fn wake() {
         plain.push(row(turn_of_daemon(&["--spin-us", "0"]).wake_latency_ns));
         spinning.push(row(turn_of_daemon(&[]).wake_latency_ns));
     }
-    ratio("hapticd without spin tail against cyclictest", &plain, &theirs);
+    let ratio = ratio_of(&plain, &theirs);
+    println!("hapticd without spin tail against cyclictest: {ratio}");
     table(
         "Wake-up latency at 1 kHz",
         &[
@@ -199,31 +181,19 @@ fn change_scene(daemon: &Daemon, over: &AtomicBool, pause: Duration) -> u64 {
 
 /// What a tick takes, the fake rig included, while it renders and its scene changes 50 times a second.
 fn tick() {
-    let mut turns = vec![];
-    for _ in 0..TURNS {
-        let daemon = Daemon::start(&[]);
-        engage(&daemon);
+    let turns = (0..TURNS).map(|_| {
+        let daemon = engaged();
         let over = AtomicBool::new(false);
-        let mut took: Vec<u64> = vec![];
         std::thread::scope(|scope| {
             scope.spawn(|| change_scene(&daemon, &over, Duration::from_millis(20)));
-            let mut client = daemon.client();
-            let _: SubscribeReply = client.request(subscription()).expect("a subscription");
-            let end = Instant::now() + Duration::from_secs(TURN_S);
-            while Instant::now() < end {
-                if let Event::Samples(samples) = client.next_event().expect("the daemon serves") {
-                    took.extend(samples.rows.iter().map(|row| row.tick_ns));
-                }
-            }
+            let turn = turn(&mut daemon.client());
             over.store(true, Ordering::SeqCst);
-        });
-        took.sort_unstable();
-        let at = |per_mille| us(percentile(&took, per_mille));
-        turns.push([at(500), at(990), at(999), at(1000)]);
-    }
+            row(turn.tick_ns)
+        })
+    });
     table(
         "Whole tick, fake rig included, in the running loop, on the paper's scene with 50 changes of it a second",
-        &[("tick", turns)],
+        &[("tick", turns.collect())],
     );
 }
 
@@ -240,16 +210,10 @@ fn rates() {
     }
 }
 
-fn subscription() -> Request {
-    Request::subscribe(vec![Topic::State, Topic::Timing, Topic::Samples])
-}
-
-fn engage(daemon: &Daemon) {
-    let mut client = daemon.client();
-    let _: haptic_ipc::StateReply = client.request(Request::engage()).expect("an idle rig");
-    wait_for(&mut client, "force", |status| {
-        status.state == haptic_ipc::RigState::Engaged
-    });
+fn engaged() -> Daemon {
+    let daemon = Daemon::start(&[]);
+    engage(&mut daemon.client());
+    daemon
 }
 
 const CLIENTS: usize = 32;
@@ -257,12 +221,11 @@ const CLIENTS: usize = 32;
 /// What 31 subscribers of every tick and one client that makes 100 changes a second do to the loop,
 /// against the same daemon left alone.
 fn clients() {
-    let daemon = Daemon::start(&[]);
-    engage(&daemon);
+    let daemon = engaged();
     let (mut idle, mut busy) = (vec![], vec![]);
     let (mut sets, mut received) = (0, 0);
     for _ in 0..TURNS {
-        idle.push(turn_of(&mut daemon.client()));
+        idle.push(turn(&mut daemon.client()));
         let (over, bytes) = (AtomicBool::new(false), AtomicU64::new(0));
         std::thread::scope(|scope| {
             for _ in 0..CLIENTS - 1 {
@@ -274,7 +237,7 @@ fn clients() {
             sets += setting.join().expect("it sets");
         });
         // All places were taken until now.
-        busy.push(timing(&mut daemon.client()).last_10_s);
+        busy.push(last_turn(&mut daemon.client()));
         received += bytes.into_inner();
     }
     println!(
@@ -290,17 +253,16 @@ fn panel() {
     let Some(screen) = Screen::open() else {
         return;
     };
-    let daemon = Daemon::start(&[]);
-    engage(&daemon);
+    let daemon = engaged();
     let (mut idle, mut busy) = (vec![], vec![]);
     for _ in 0..TURNS {
-        idle.push(turn_of(&mut daemon.client()));
+        idle.push(turn(&mut daemon.client()));
         let panel = screen.panel(daemon.socket(), &[]);
         // What it takes to come up is not of interest.
         wait_for(&mut daemon.client(), "the panel", |status| status.clients == 3);
         let second = Duration::from_secs(1);
         std::thread::sleep(second);
-        busy.push(turn_of(&mut daemon.client()));
+        busy.push(turn(&mut daemon.client()));
         drop(panel);
     }
     beside("with the panel", &idle, &busy);
@@ -308,22 +270,16 @@ fn panel() {
 
 /// What a recording of every tick does to the loop, in each format.
 fn recording() {
-    let daemon = Daemon::start(&[]);
-    engage(&daemon);
+    let daemon = engaged();
     let directory = tempfile::tempdir().expect("a directory");
     for ending in ["mcap", "csv", "parquet"] {
         let (mut idle, mut busy) = (vec![], vec![]);
-        for turn in 0..TURNS {
-            idle.push(turn_of(&mut daemon.client()));
-            let mut recorder = daemon.recorder(&directory.path().join(format!("{turn}.{ending}")), &[]);
+        for number in 0..TURNS {
+            idle.push(turn(&mut daemon.client()));
+            let recorder = daemon.recorder(&directory.path().join(format!("{number}.{ending}")), &[]);
             wait_for(&mut daemon.client(), "the recorder", |status| status.clients == 2);
-            busy.push(turn_of(&mut daemon.client()));
-            rustix::process::kill_process(
-                rustix::process::Pid::from_child(&recorder),
-                rustix::process::Signal::INT,
-            )
-            .expect("it runs");
-            assert!(recorder.wait().expect("it ends").success());
+            busy.push(turn(&mut daemon.client()));
+            assert!(end(recorder, Signal::INT).status.success());
         }
         beside(&format!("recording to {ending}"), &idle, &busy);
     }
@@ -331,31 +287,20 @@ fn recording() {
 
 /// The loop left alone beside the loop with somebody at work.
 fn beside(who: &str, idle: &[TimingWindow], busy: &[TimingWindow]) {
-    for (what, of) in [
-        (
-            "Wake-up latency",
-            (|turn| row(turn.wake_latency_ns)) as fn(&TimingWindow) -> [f64; 4],
-        ),
-        ("Tick, fake rig included", |turn| row(turn.tick_ns)),
-    ] {
-        let columns = [idle, busy].map(|turns| turns.iter().map(of).collect::<Vec<_>>());
-        table(
-            &format!("{what}, {who}"),
-            &[("left alone", columns[0].clone()), (who, columns[1].clone())],
-        );
-        println!();
-        ratio(&format!("{who} against left alone"), &columns[1], &columns[0]);
-    }
-    let sum = |turns: &[TimingWindow], of: fn(&TimingWindow) -> u64| turns.iter().map(of).sum::<u64>();
-    for (what, of) in [
-        (
-            "periods missed",
-            (|turn| turn.missed_periods) as fn(&TimingWindow) -> u64,
-        ),
-        ("overruns", |turn| turn.overruns),
-    ] {
-        println!("{what}: {} left alone, {} {who}", sum(idle, of), sum(busy, of));
-    }
+    let show = |what: &str, of: fn(&TimingWindow) -> [f64; 4]| {
+        let [idle, busy] = [idle, busy].map(|turns| turns.iter().map(of).collect::<Vec<_>>());
+        let ratio = ratio_of(&busy, &idle);
+        table(&format!("{what}, {who}"), &[("left alone", idle), (who, busy)]);
+        println!("\n{who} against left alone: {ratio}");
+    };
+    show("Wake-up latency", |turn| row(turn.wake_latency_ns));
+    show("Tick, fake rig included", |turn| row(turn.tick_ns));
+    let count = |what: &str, of: fn(&TimingWindow) -> u64| {
+        let [idle, busy] = [idle, busy].map(|turns| turns.iter().map(of).sum::<u64>());
+        println!("{what}: {idle} left alone, {busy} {who}");
+    };
+    count("periods missed", |turn| turn.missed_periods);
+    count("overruns", |turn| turn.overruns);
 }
 
 /// Reads whatever a subscriber is sent; returns how many bytes.
@@ -372,8 +317,7 @@ fn swallow(socket: &Path, over: &AtomicBool) -> u64 {
 
 /// Resident memory over many minutes, with a subscriber of every tick and ten changes a second.
 fn memory(minutes: u64) {
-    let daemon = Daemon::start(&[]);
-    engage(&daemon);
+    let daemon = engaged();
     let over = AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| change_scene(&daemon, &over, Duration::from_millis(100)));

@@ -19,73 +19,47 @@ pub struct Attack {
 }
 
 impl Attack {
+    const fn new(name: &'static str, run: fn(&Path, &AtomicBool)) -> Self {
+        Self { name, run }
+    }
+
     /// Attacks a socket until it is over.
     pub fn run(&self, socket: &Path, over: &AtomicBool) {
         (self.run)(socket, over);
     }
 }
 
+/// Connections of which one end is shut.
+pub const HALF_CLOSED: Attack = Attack::new("half-closed connections", half_closed);
+
 /// All that leave the machine to others.
 pub const ALL: [Attack; 9] = [
-    Attack {
-        name: "eight subscribers that never read",
-        run: never_read,
-    },
-    Attack {
-        name: "eight clients that write a byte a second",
-        run: a_byte_a_second,
-    },
-    Attack {
-        name: "lines beyond the limit, and one without an end",
-        run: endless_lines,
-    },
-    Attack {
-        name: "1000 connections a second",
-        run: connect_again_and_again,
-    },
-    Attack {
-        name: "clients killed in mid-write",
-        run: killed_in_mid_write,
-    },
-    Attack {
-        name: "garbage",
-        run: garbage,
-    },
-    Attack {
-        name: "half-closed connections",
-        run: half_closed,
-    },
-    Attack {
-        name: "eight clients that ask for much and read nothing",
-        run: ask_for_much_and_never_read,
-    },
-    Attack {
-        name: "four clients that ask without pause",
-        run: ask_without_pause,
-    },
+    Attack::new("eight subscribers that never read", never_read),
+    Attack::new("eight clients that write a byte a second", a_byte_a_second),
+    Attack::new("lines beyond the limit, and one without an end", endless_lines),
+    Attack::new("1000 connections a second", connect_again_and_again),
+    Attack::new("clients killed in mid-write", killed_in_mid_write),
+    Attack::new("garbage", garbage),
+    HALF_CLOSED,
+    Attack::new(
+        "eight clients that ask for much and read nothing",
+        ask_for_much_and_never_read,
+    ),
+    Attack::new("four clients that ask without pause", ask_without_pause),
 ];
 
 /// As many connections as a client can make: more than the daemon can serve.
-pub const CROWD: Attack = Attack {
-    name: "connections without pause",
-    run: connect_without_pause,
-};
+pub const CROWD: Attack = Attack::new("connections without pause", connect_without_pause);
 
 /// Crowds that leave no place: of clients that say nothing, that come again whenever they are sent away, and that never
 /// end their line.
 pub const CROWDS: [Attack; 3] = [
-    Attack {
-        name: "200 idle clients",
-        run: idle,
-    },
-    Attack {
-        name: "32 idle clients, and 40 that come again",
-        run: idle_and_coming_again,
-    },
-    Attack {
-        name: "40 clients with a megabyte and no end of the line",
-        run: a_megabyte_without_an_end,
-    },
+    Attack::new("200 idle clients", idle),
+    Attack::new("32 idle clients, and 40 that come again", idle_and_coming_again),
+    Attack::new(
+        "40 clients with a megabyte and no end of the line",
+        a_megabyte_without_an_end,
+    ),
 ];
 
 fn idle(socket: &Path, over: &AtomicBool) {
@@ -149,11 +123,8 @@ fn send(stream: &mut UnixStream, bytes: &[u8]) -> bool {
 
 fn subscription() -> Vec<u8> {
     let topics = ["state", "timing", "samples", "log"];
-    format!(
-        "{}\n",
-        json!({ "id": 1, "op": "subscribe", "topics": topics, "batch_ms": 1 })
-    )
-    .into_bytes()
+    let line = json!({ "id": 1, "op": "subscribe", "topics": topics, "batch_ms": 1 });
+    format!("{line}\n").into_bytes()
 }
 
 fn never_read(socket: &Path, over: &AtomicBool) {
@@ -254,16 +225,13 @@ fn killed_in_mid_write(socket: &Path, over: &AtomicBool) {
 }
 
 fn garbage(socket: &Path, over: &AtomicBool) {
-    // Knuth's linear congruential generator: the same bytes in every run.
-    let mut state: u64 = 1;
+    // The same bytes in every run.
+    let mut random = fastrand::Rng::with_seed(1);
     let mut bytes = vec![0; 4096];
     while goes_on(over) {
         let Some(mut stream) = connect(socket) else { continue };
         for _ in 0..16 {
-            for byte in &mut bytes {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                *byte = state.to_be_bytes()[0];
-            }
+            random.fill(&mut bytes);
             send(&mut stream, &bytes);
             swallow(&mut stream);
         }

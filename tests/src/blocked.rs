@@ -1,12 +1,16 @@
-//! Outputs that take nothing: a full pipe, and a terminal that is held.
+//! Outputs that take nothing: a full pipe, and a terminal that is held; and daemons that have them.
 
+use crate::process::Killed;
+use crate::{be_patient, binary, until_some};
+use haptic_ipc::Client;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Action, tcflow};
 use std::os::fd::OwnedFd;
-use std::process::Stdio;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
 
 /// An output on which every write waits, for as long as this is there.
 #[derive(Debug)]
@@ -39,8 +43,7 @@ impl Blocked {
         blocked
     }
 
-    /// A handle for a program.
-    pub fn stdio(&self) -> Stdio {
+    fn stdio(&self) -> Stdio {
         self.end.try_clone().expect("another handle").into()
     }
 
@@ -63,4 +66,38 @@ fn fill(end: &OwnedFd) {
         }
     }
     fcntl_setfl(end, flags).expect("they can be set");
+}
+
+/// A daemon whose outputs nobody reads.
+#[derive(Debug)]
+pub struct Mute {
+    /// The process.
+    pub child: Killed,
+    /// Its control socket.
+    pub socket: PathBuf,
+    _directory: tempfile::TempDir,
+}
+
+impl Mute {
+    /// Starts one whose outputs are blocked, or go nowhere.
+    pub fn start(arguments: &[&str], output: Option<&Blocked>) -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let socket = directory.path().join("run/control.sock");
+        let mut command = Command::new(binary("hapticd"));
+        command.args(arguments);
+        be_patient(&mut command);
+        let stdio = || output.map_or_else(Stdio::null, Blocked::stdio);
+        command.arg("--socket").arg(&socket).stdin(Stdio::null());
+        let child = command.stdout(stdio()).stderr(stdio()).spawn();
+        Self {
+            child: Killed(child.expect("hapticd starts")),
+            socket,
+            _directory: directory,
+        }
+    }
+
+    /// A client, as soon as it serves.
+    pub fn client(&self) -> Client {
+        until_some("it does not serve", || Client::connect(&self.socket).ok())
+    }
 }

@@ -1,9 +1,9 @@
 //! The fake rig behind a pseudo-terminal, as a program of its own.
-#![allow(unsafe_code, reason = "a priority is set between fork and exec")]
+#![allow(unsafe_code, reason = "a priority and an end are set between fork and exec")]
 
 use crate::{Daemon, binary, pull_until, wait_for_state};
 use haptic_ipc::{Client, RigState};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, Signal, kill_process, set_parent_process_death_signal};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
@@ -58,11 +58,11 @@ impl FakeRig {
             &["--watchdog-ms", "200"]
         };
         let mut command = Command::new(binary("fake-rig"));
-        // SAFETY: between fork and exec only a system call is made, and nothing is allocated.
+        // It ends with who started it. SAFETY: between fork and exec only system calls are made, and nothing is allocated.
         unsafe {
             command.pre_exec(|| {
                 has_a_processor_of_its_own();
-                Ok(())
+                Ok(set_parent_process_death_signal(Some(Signal::TERM))?)
             });
         }
         let mut child = command

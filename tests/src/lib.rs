@@ -10,7 +10,6 @@ pub mod commissioning;
 pub mod console;
 pub mod drawn;
 pub mod fake_rig;
-pub mod hazards;
 mod held;
 pub mod links;
 pub mod measure;
@@ -35,6 +34,7 @@ use haptic_ipc::{
     Client, ClientError, JournalEntry, LogReply, Request, RigState, StateReply, Status, SubscribeReply, Topic,
     WireError,
 };
+use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
@@ -103,16 +103,12 @@ pub const LIGHT_BLOCK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/li
 /// Lets a daemon on a rig in its own process begin with the paper's scene, unless its arguments name another: whatever
 /// hapticd begins with, the figures of the tests are those of the paper.
 fn begin_with_the_papers_scene(hapticd: &mut Command) {
-    let given: Vec<_> = hapticd.get_args().map(std::ffi::OsStr::to_os_string).collect();
-    let is_fake = given.windows(2).any(|pair| pair[0] == "--device" && pair[1] == "fake");
-    let names_one = given.iter().any(|argument| {
-        let argument = argument.to_string_lossy();
-        ["--scene=", "--config"]
-            .iter()
-            .any(|option| argument.starts_with(option))
-            || argument == "--scene"
-    });
-    if is_fake && !names_one {
+    let given: Vec<_> = hapticd.get_args().map(OsStr::to_string_lossy).collect();
+    let given = given.join(" ") + " ";
+    let names_one = ["--scene=", "--scene ", "--config"]
+        .iter()
+        .any(|option| given.contains(option));
+    if given.contains("--device fake ") && !names_one {
         hapticd.args(["--scene", PAPER_SCENE]);
     }
 }
@@ -529,8 +525,38 @@ pub fn pull_until(client: &mut Client, mut pulls: impl FnMut(&Status) -> bool) {
 
 /// The processors that this process may run on.
 pub fn processors() -> Vec<usize> {
-    let set = rustix::thread::sched_getaffinity(None).expect("every process has them");
+    processors_of(None)
+}
+
+/// The processors that a thread may run on.
+pub fn processors_of(thread: Option<rustix::process::Pid>) -> Vec<usize> {
+    let set = rustix::thread::sched_getaffinity(thread).expect("every thread has them");
     (0..rustix::thread::CpuSet::MAX_CPU)
         .filter(|cpu| set.is_set(*cpu))
         .collect()
+}
+
+/// All Rust files of the workspace's own crates and tests, and the tests of the Python package, from its root.
+///
+/// # Panics
+/// They cannot be read.
+pub fn sources(root: &Path) -> Vec<(String, String)> {
+    let mut folders: Vec<PathBuf> = ["crates", "tests", "python/tests"]
+        .map(|folder| root.join(folder))
+        .to_vec();
+    let mut sources = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs" || ending == "py") {
+                let text = std::fs::read_to_string(&path).expect("a source");
+                let name = path.strip_prefix(root).expect("it lies below").display().to_string();
+                sources.push((name, text));
+            }
+        }
+    }
+    sources.sort();
+    sources
 }

@@ -1,6 +1,6 @@
 //! The links of the documents: whether each leads to a file, and to a heading in it, that is there.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
@@ -36,38 +36,30 @@ pub fn links(text: &str) -> Vec<Link> {
     found
 }
 
-/// The names under which a page in HTML has its headings.
-pub fn anchors(text: &str) -> BTreeSet<String> {
-    let mut seen: HashMap<String, usize> = HashMap::new();
-    let headings = prose(text).filter_map(|(line, _)| {
+/// The names under which a page in HTML has its headings; those of the same words are numbered.
+fn anchors(text: &str) -> BTreeSet<String> {
+    let mut anchors = BTreeSet::new();
+    for (line, _) in prose(text) {
         let title = line.trim_start_matches('#');
-        (title.len() < line.len()).then(|| title.strip_prefix(' ')).flatten()
-    });
-    headings
-        .map(|title| {
+        if title.len() < line.len() && title.starts_with(' ') {
             let name = anchor(title);
-            let count = seen.entry(name.clone()).or_default();
-            *count += 1;
-            if *count == 1 {
-                name
+            let mut numbered = (1..).map(|number| format!("{name}-{number}"));
+            let is_new = |name: &String| !anchors.contains(name);
+            let name = if is_new(&name) {
+                Some(name.clone())
             } else {
-                format!("{name}-{}", *count - 1)
-            }
-        })
-        .collect()
+                numbered.find(is_new)
+            };
+            anchors.extend(name);
+        }
+    }
+    anchors
 }
 
 fn anchor(title: &str) -> String {
-    title
-        .trim()
-        .chars()
-        .filter_map(|letter| match letter {
-            ' ' => Some('-'),
-            '-' | '_' => Some(letter),
-            _ if letter.is_alphanumeric() => Some(letter.to_ascii_lowercase()),
-            _ => None,
-        })
-        .collect()
+    let mut name = title.trim().to_ascii_lowercase().replace(' ', "-");
+    name.retain(|letter| letter.is_alphanumeric() || letter == '-' || letter == '_');
+    name
 }
 
 /// The lines outside of blocks of code, with their numbers.

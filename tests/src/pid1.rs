@@ -1,10 +1,9 @@
 //! A machine of its own for the service: a minimal Debian with its systemd as PID 1 of new namespaces, on which the
 //! package is installed.
 
-use crate::{PATIENCE, package};
+use crate::{PATIENCE, package, stderr, text};
 use haptic_ipc::Client;
 use rustix::process::geteuid;
-use std::fmt::Write as _;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -180,22 +179,16 @@ impl Machine {
 
     /// What the unit and PID 1 logged about it.
     pub fn journal(&self) -> String {
-        let output = self.run(&["journalctl", "--sync"]);
-        let mut printed = text(&output.stderr);
+        let synced = self.run(&["journalctl", "--sync"]);
         let output = self.run(&["journalctl", "--no-pager", "--output=cat", "--unit=hapticd"]);
-        // Formatting into a string cannot fail.
-        write!(printed, "{}", text(&output.stdout)).expect("a string takes all");
-        printed
+        stderr(&synced) + &text(&output.stdout)
     }
 
     /// The daemon's process, as numbered here.
     pub fn daemon(&self) -> u32 {
-        let listed =
-            fs::read_to_string(self.cgroup.join("system.slice/hapticd.service/cgroup.procs")).expect("it runs");
-        listed
-            .trim()
-            .parse()
-            .unwrap_or_else(|_| panic!("not one process: {listed}"))
+        let listed = self.cgroup.join("system.slice/hapticd.service/cgroup.procs");
+        let listed = fs::read_to_string(listed).expect("it runs");
+        listed.trim().parse().expect("one process")
     }
 
     /// A client of the daemon.
@@ -256,10 +249,6 @@ fn configured(shipped: &str, lines: &str) -> String {
     format!("{}\n{lines}\n", kept.join("\n"))
 }
 
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
 /// The cgroup (v2) under which this process may make others; or what this machine lacks.
 fn missing() -> Result<PathBuf, (&'static str, String)> {
     if !geteuid().is_root() {
@@ -279,11 +268,9 @@ fn missing() -> Result<PathBuf, (&'static str, String)> {
     }
     let mounts = fs::read_to_string("/proc/self/mounts").unwrap_or_default();
     let own = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
-    let mounted = mounts.lines().find_map(|line| {
-        let mut fields = line.split(' ');
-        let (place, kind) = (fields.nth(1)?, fields.next()?);
-        (kind == "cgroup2").then_some(place)
-    });
+    let mounted = mounts
+        .lines()
+        .find_map(|line| line.split_once(" cgroup2 ")?.0.rsplit(' ').next());
     let own = own.lines().find_map(|line| line.strip_prefix("0::/"));
     let (Some(mounted), Some(own)) = (mounted, own) else {
         return Err(("cgroup v2", "a mounted hierarchy".to_owned()));

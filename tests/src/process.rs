@@ -15,6 +15,17 @@ pub fn size_kib(pid: u32, name: &str) -> Option<u64> {
     size.trim().trim_end_matches(" kB").parse().ok()
 }
 
+/// Time that processors have spent on the threads that a process has now, s.
+pub fn processor_time_s(pid: u32) -> f64 {
+    let threads = fs::read_dir(format!("/proc/{pid}/task")).expect("it runs");
+    let of_thread = |thread: fs::DirEntry| -> Option<f64> {
+        // The first field is the time that it ran, ns. A thread may just have ended.
+        let stat = fs::read_to_string(thread.path().join("schedstat")).ok()?;
+        stat.split_whitespace().next()?.parse().ok()
+    };
+    threads.flatten().filter_map(of_thread).sum::<f64>() * 1e-9
+}
+
 /// Descriptors that a process has open; none where it has ended.
 pub fn descriptors(pid: u32) -> usize {
     fs::read_dir(format!("/proc/{pid}/fd")).map_or(0, Iterator::count)

@@ -229,13 +229,7 @@ impl Screen {
 impl Panel {
     /// Time that processors have spent on the threads that it has now, s.
     pub fn processor_time_s(&self) -> f64 {
-        let threads = fs::read_dir(format!("/proc/{}/task", self.0.id())).expect("it runs");
-        let of_thread = |thread: fs::DirEntry| -> Option<f64> {
-            // The first field is the time that it ran, ns. A thread may just have ended.
-            let stat = fs::read_to_string(thread.path().join("schedstat")).ok()?;
-            stat.split_whitespace().next()?.parse().ok()
-        };
-        threads.flatten().filter_map(of_thread).sum::<f64>() * 1e-9
+        crate::process::processor_time_s(self.0.id())
     }
 }
 

@@ -12,9 +12,9 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use system_tests::attack::{self, Attack};
-use system_tests::process::{descriptors, size_kib};
+use system_tests::process::size_kib;
 use system_tests::{
-    Daemon, HeldThread, LIGHT_BLOCK, binary, refused, status, stderr, until, until_some, wait_for, wait_for_state,
+    Daemon, LIGHT_BLOCK, binary, plain, refused, status, stderr, until, until_some, wait_for, wait_for_state,
 };
 
 const NOBODY: u32 = 65_534;
@@ -111,18 +111,9 @@ fn a_member_of_the_group_tunes_and_nobody_else_does() {
     let directory = public_directory();
     let socket = directory.path().join("a/run/control.sock");
     let _daemon = Daemon::start_at(&socket, &["--socket-group", GROUP.0]);
-    for (path, wanted) in [
-        (socket.parent().expect("run"), 0o750),
-        (&directory.path().join("a"), 0o750),
-        (&socket, 0o660),
-    ] {
-        let found = fs::metadata(path).expect("it is there");
-        assert_eq!(
-            (found.mode() & 0o7777, found.gid()),
-            (wanted, GROUP.1),
-            "{}",
-            path.display()
-        );
+    for (path, wanted) in [("a", 0o750), ("a/run", 0o750), ("a/run/control.sock", 0o660)] {
+        let found = fs::metadata(directory.path().join(path)).expect("it is there");
+        assert_eq!((found.mode() & 0o7777, found.gid()), (wanted, GROUP.1), "{path}");
     }
     let change = || Client::connect(&socket)?.request::<ChangeReply>(heavier());
     as_user(NOBODY, GROUP.1, &[], change).expect("his first group");
@@ -135,51 +126,33 @@ fn a_member_of_the_group_tunes_and_nobody_else_does() {
     let refused = as_user(NOBODY, NOBODY, &[2, 3], || Client::connect(&socket)).expect_err("no member");
     assert!(refused.to_string().contains(GROUP.0), "{refused}");
     assert_eq!(code(refused), ErrorCode::NotPermitted);
-}
 
-#[test]
-fn a_daemon_says_whom_the_directories_keep_from_its_socket() {
-    let _alone = crate::alone();
-    if !is_root() {
-        return;
+    // A daemon says whom the directories keep from its socket.
+    let closed = tempfile::tempdir().expect("a directory");
+    open(closed.path(), 0o700);
+    let daemon = Daemon::start_at(&closed.path().join("run/control.sock"), &["--socket-group", GROUP.0]);
+    let (printed, (group, _), closed) = (daemon.printed().join(""), GROUP, closed.path().display());
+    for part in [
+        format!("open to the group {group}, but the directory {closed} is not"),
+        format!("chgrp {group} {closed}"),
+    ] {
+        assert!(printed.contains(&part), "{printed}");
     }
-    let directory = tempfile::tempdir().expect("a directory");
-    open(directory.path(), 0o700);
-    let socket = directory.path().join("run/control.sock");
-    let daemon = Daemon::start_at(&socket, &["--socket-group", GROUP.0]);
-    let printed = daemon.printed().join("");
-    let closed = directory.path().display().to_string();
-    assert!(
-        printed.contains(&format!(
-            "open to the group {}, but the directory {closed} is not",
-            GROUP.0
-        )),
-        "{printed}"
-    );
-    assert!(printed.contains(&format!("chgrp {} {closed}", GROUP.0)), "{printed}");
 }
 
 #[test]
 fn a_watcher_may_look_and_stop_and_takes_nobodys_place() {
     let _alone = crate::alone();
     let directory = public_directory();
-    let (control, watch) = (
-        directory.path().join("run/control.sock"),
-        directory.path().join("watch/watch.sock"),
-    );
-    let daemon = Daemon::start_at(&control, &["--watch-socket", watch.to_str().expect("a plain path")]);
+    let [control, watch] = ["run/control.sock", "watch/watch.sock"].map(|path| directory.path().join(path));
+    let daemon = Daemon::start_at(&control, &["--watch-socket", plain(&watch)]);
     assert_eq!((mode(watch.parent().expect("watch")), mode(&watch)), (0o755, 0o666));
     assert_eq!((mode(control.parent().expect("run")), mode(&control)), (0o700, 0o600));
     let looks_and_stops = || {
         let mut watcher = Client::connect(&watch).expect("anybody may watch");
         let _: SceneReply = watcher.request(Request::get()).expect("the scene");
-        for request in [
-            heavier(),
-            Request::engage(),
-            Request::Release {},
-            Request::Reset {},
-            Request::undo(),
-        ] {
+        let (release, reset) = (Request::Release {}, Request::Reset {});
+        for request in [heavier(), Request::engage(), release, reset, Request::undo()] {
             assert_eq!(refused(&mut watcher, request).code, ErrorCode::ReadOnly);
         }
         let stopped: StateReply = watcher.request(Request::Stop {}).expect("anybody may stop");
@@ -200,34 +173,27 @@ fn a_watcher_may_look_and_stop_and_takes_nobodys_place() {
     drop((watchers, tuners));
 }
 
-/// What a daemon has taken of the system.
+/// What a daemon has taken of the system: descriptors, its memory now and the most that it ever had, KiB.
 #[derive(Clone, Copy, Debug)]
 struct Held {
     descriptors: usize,
     resident_kib: u64,
-    /// The most that it ever had.
     peak_kib: u64,
-}
-
-impl Held {
-    fn by(daemon: &Daemon) -> Self {
-        let kib = |name: &str| size_kib(daemon.pid(), name).expect("it runs");
-        Self {
-            descriptors: descriptors(daemon.pid()),
-            resident_kib: kib("VmRSS"),
-            peak_kib: kib("VmHWM"),
-        }
-    }
 }
 
 /// Nine of ten stops take less while somebody attacks. The loop needs a millisecond; the rest is the machine's time, so
 /// only the long run asks for it.
 const SLOW_STOP: Duration = Duration::from_millis(100);
 
-/// What so many of a thousand took at most.
-fn share(times: &mut [Duration], per_mille: usize) -> Duration {
-    times.sort_unstable();
-    times[(times.len() - 1) * per_mille / 1000]
+/// Says how long stops took; the median, nine of ten and the longest.
+fn taken(what: &str, mut stops: Vec<Duration>) -> [Duration; 3] {
+    stops.sort_unstable();
+    let [median, most, longest] = [500, 900, 1000].map(|per_mille| stops[(stops.len() - 1) * per_mille / 1000]);
+    eprintln!(
+        "{what}: {} stops, {median:?} (median), {most:?} (nine of ten), {longest:?} (longest)",
+        stops.len()
+    );
+    [median, most, longest]
 }
 
 /// Attacks for a while, and goes on using the daemon meanwhile.
@@ -253,22 +219,14 @@ fn survives(daemon: &Daemon, attack: Attack, time: Duration) {
         over.store(true, Ordering::Relaxed);
         attacking.join().expect("it ends");
     });
-    let [median, most, longest] = [500, 900, 1000].map(|per_mille| share(&mut stops, per_mille));
-    eprintln!(
-        "{}: {} stops, {median:?} (median), {most:?} (nine of ten), {longest:?} (longest)",
-        attack.name,
-        stops.len()
-    );
+    let [_, most, _] = taken(attack.name, stops);
     if test_run::is_long_for("how long a stop takes in an attack") {
-        assert!(most < SLOW_STOP, "{}: stops took {stops:?}", attack.name);
+        assert!(most < SLOW_STOP, "{}", attack.name);
     }
     wait_for(&mut user, "the attackers to be gone", |status| status.clients == 1);
     let scene: SceneReply = daemon.client().request(Request::get()).expect("others are served");
-    assert_eq!(
-        scene.params["mass"].positive, 1.5,
-        "{}: nobody else changed it",
-        attack.name
-    );
+    let mass = scene.params["mass"].positive;
+    assert_eq!(mass, 1.5, "{}: nobody else changed it", attack.name);
 }
 
 /// What a daemon has taken after each attack went on for a while, once it has noticed the last
@@ -277,8 +235,14 @@ fn after_all_attacks(daemon: &Daemon, descriptors: usize, time: impl Fn(&Attack)
     for attack in attack::ALL {
         survives(daemon, attack, time(&attack));
     }
+    let kib = |name: &str| size_kib(daemon.pid(), name).expect("it runs");
     until_some(&format!("more than {descriptors} descriptors"), || {
-        Some(Held::by(daemon)).filter(|held| held.descriptors <= descriptors)
+        let held = Held {
+            descriptors: system_tests::process::descriptors(daemon.pid()),
+            resident_kib: kib("VmRSS"),
+            peak_kib: kib("VmHWM"),
+        };
+        (held.descriptors <= descriptors).then_some(held)
     })
 }
 
@@ -289,12 +253,9 @@ fn attacks_leave_others_served_and_nothing_behind() {
     // What is taken once stays: places for clients, the runtime's and the allocator's.
     let before = after_all_attacks(&daemon, usize::MAX, |_| Duration::from_millis(300));
     let time = |attack: &Attack| {
-        let at_length_s = if attack.name.starts_with("1000 connections") {
-            10
-        } else {
-            2
-        };
-        test_run::extent(Duration::from_millis(100), Duration::from_secs(at_length_s))
+        let is_rate = attack.name.starts_with("1000 connections");
+        let at_length = Duration::from_secs(if is_rate { 10 } else { 2 });
+        test_run::extent(Duration::from_millis(100), at_length)
     };
     // The allocator keeps what a busy moment once needed, so the first rounds may still take
     // memory. A leak takes some in every round.
@@ -318,11 +279,8 @@ fn a_stop_is_obeyed_though_its_sender_hangs_up_at_once() {
     let _alone = crate::alone();
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut user = daemon.client();
-    for (before, greeted) in [0, 1, 2, 5, 40]
-        .into_iter()
-        .flat_map(|before| [(before, true), (before, false)])
-    {
-        for _ in 0..5 {
+    for before in [0, 1, 2, 5, 40] {
+        for greeted in [true, false].repeat(5) {
             let _: StateReply = user.request(Request::engage()).expect("it is idle");
             let mut sender = UnixStream::connect(daemon.socket()).expect("there is a place");
             if greeted {
@@ -410,34 +368,23 @@ fn stops_in_a_crowd(crowd: &Attack, descriptors: &str) {
             let asked = Instant::now();
             let stopped = daemon.ctl(&["stop"]);
             stops.push(asked.elapsed());
-            let message = stderr(&stopped);
             assert!(
                 stopped.status.success(),
-                "{}, {descriptors} descriptors: {message}",
-                crowd.name
+                "{}, {descriptors} descriptors: {}",
+                crowd.name,
+                stderr(&stopped)
             );
         }
         over.store(true, Ordering::Relaxed);
         attacking.join().expect("it ends");
     });
-    let [median, most, longest] = [500, 990, 1000].map(|per_mille| share(&mut stops, per_mille));
-    eprintln!(
-        "{}, {descriptors} descriptors: {} stops, {median:?} (median), {most:?} (p99), {longest:?} (longest)",
-        crowd.name,
-        stops.len()
-    );
+    let what = format!("{}, {descriptors} descriptors", crowd.name);
+    let [_, _, longest] = taken(&what, stops);
     if test_run::is_long_for("how long a newcomer's stop takes in a crowd") {
-        assert!(
-            longest < SLOW_STOP,
-            "{}, {descriptors} descriptors: {stops:?}",
-            crowd.name
-        );
+        assert!(longest < SLOW_STOP, "{what}");
     }
-    assert_eq!(
-        status(&mut user).state,
-        RigState::Stopped,
-        "who was there before is served"
-    );
+    let state = status(&mut user).state;
+    assert_eq!(state, RigState::Stopped, "who was there before is served");
     wait_for(&mut user, "the crowd to be gone", |status| status.clients == 1);
     let _: SceneReply = daemon.client().request(Request::get()).expect("there is room again");
 }
@@ -475,10 +422,8 @@ fn lost_socket_is_rebound_and_taken_socket_ends_the_force() {
     let other = std::os::unix::net::UnixListener::bind(&socket);
     if other.is_ok() {
         let faulted = wait_for_state(&mut user, RigState::Faulted);
-        assert!(
-            faulted.fault.clone().unwrap_or_default().starts_with("control_lost"),
-            "{faulted:?}"
-        );
+        let fault = faulted.fault.unwrap_or_default();
+        assert!(fault.starts_with("control_lost"), "{fault}");
         assert_eq!(faulted.command_force_n, 0.0);
         drop(other);
         assert!(socket.exists(), "it is left alone");
@@ -487,17 +432,4 @@ fn lost_socket_is_rebound_and_taken_socket_ends_the_force() {
     }
     stops(&mut user);
     assert_eq!(status(&mut user).state, RigState::Idle);
-}
-
-#[test]
-fn a_client_of_a_loop_that_hangs_gets_not_responding() {
-    let _alone = crate::alone();
-    let daemon = Daemon::start(&[]);
-    let mut client = daemon.client();
-    wait_for_state(&mut client, RigState::Idle);
-    let held = HeldThread::real_time(daemon.pid());
-    let error = refused(&mut client, heavier());
-    assert!(error.message.contains("cut the power"), "{error}");
-    assert_eq!(error.code, ErrorCode::NotResponding);
-    drop(held);
 }

@@ -2,61 +2,10 @@
 
 use haptic_ipc::{Client, Request, RigState, StateReply};
 use rustix::process::Signal;
-use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Stdio};
+use std::path::Path;
 use std::time::{Duration, Instant};
-use system_tests::blocked::Blocked;
-use system_tests::process::{self, Killed};
-use system_tests::{
-    Daemon, HeldThread, PATIENCE, be_patient, binary, engage, until, until_some, wait_for, wait_for_state,
-};
-
-/// A daemon whose output nobody has read.
-struct Mute {
-    child: Killed,
-    socket: PathBuf,
-    _directory: tempfile::TempDir,
-}
-
-impl Mute {
-    /// Starts one with its outputs as they are given; it is up when it serves.
-    fn start(arguments: &[&str], stdout: Stdio, stderr: Stdio) -> Self {
-        let directory = tempfile::tempdir().expect("a directory");
-        let socket = directory.path().join("run/control.sock");
-        let mut command = Command::new(binary("hapticd"));
-        command.args(arguments);
-        be_patient(&mut command);
-        let child = command
-            .args(["--ramp-ms", "50", "--socket"])
-            .arg(&socket)
-            .stdin(Stdio::null())
-            .stdout(stdout)
-            .stderr(stderr)
-            .spawn()
-            .expect("hapticd starts");
-        Self {
-            child: Killed(child),
-            socket,
-            _directory: directory,
-        }
-    }
-
-    fn client(&self) -> Client {
-        serving(&self.socket)
-    }
-
-    /// Sends a signal; returns how it ended and how long that took.
-    fn end(mut self, signal: Signal) -> (ExitStatus, Duration) {
-        let began = Instant::now();
-        process::signal(self.child.id(), signal);
-        let ended = || self.child.try_wait().expect("it is ours");
-        (until_some("it does not end", ended), began.elapsed())
-    }
-}
-
-fn serving(socket: &Path) -> Client {
-    until_some("it does not serve", || Client::connect(socket).ok())
-}
+use system_tests::blocked::{Blocked, Mute};
+use system_tests::{Daemon, HeldThread, PATIENCE, engage, process, until, until_some, wait_for, wait_for_state};
 
 /// Asks for something on a thread of its own, since a daemon that hangs never answers; returns the
 /// state and how long it took.
@@ -64,7 +13,7 @@ fn asked(socket: &Path, request: Request) -> (RigState, Duration) {
     let (answer, answered) = std::sync::mpsc::channel();
     let socket = socket.to_path_buf();
     std::thread::spawn(move || {
-        let mut client = serving(&socket);
+        let mut client = Client::connect(&socket).expect("it serves");
         let began = Instant::now();
         let reply: StateReply = client.request(request).expect("it is answered");
         answer.send((reply.state, began.elapsed())).expect("somebody waits");
@@ -80,10 +29,10 @@ const LIMIT: Duration = Duration::from_secs(5);
 fn holds(what: &str, arguments: &[&str], blocked: impl Fn() -> Blocked) {
     for signal in [Signal::TERM, Signal::INT] {
         let output = blocked();
-        let daemon = Mute::start(arguments, output.stdio(), output.stdio());
+        let mut daemon = Mute::start(&[arguments, &["--ramp-ms", "50"]].concat(), Some(&output));
+        let mut client = daemon.client();
         let (state, _) = asked(&daemon.socket, Request::engage());
         assert!(state.is_live(), "{state}");
-        let mut client = daemon.client();
         // More lines than the queue takes: each of these is one.
         for _ in 0..300 {
             // Refused where a busy machine has faulted the rig; that is a line as well.
@@ -99,7 +48,10 @@ fn holds(what: &str, arguments: &[&str], blocked: impl Fn() -> Blocked) {
         // And while force flows.
         let _: StateReply = client.request(Request::Reset {}).expect("it was stopped");
         engage(&mut client);
-        let (ended, end_took) = daemon.end(signal);
+        let began = Instant::now();
+        process::signal(daemon.child.id(), signal);
+        let ended = until_some("it does not end", || daemon.child.try_wait().expect("it is ours"));
+        let end_took = began.elapsed();
         println!("{what}: stop confirmed after {stop_took:?}, {signal:?} ended it after {end_took:?}");
         assert!(ended.success(), "{what}, {signal:?}: {ended} after {end_took:?}");
         assert!(stop_took < LIMIT && end_took < LIMIT, "{stop_took:?} {end_took:?}");

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use std::io::Write;
 use std::path::Path;
 use std::process::{Output, Stdio};
-use system_tests::hazards::sources;
+use system_tests::sources;
 use system_tests::{Daemon, ctl_command, ctl_offline, ctl_offline_refused, text};
 
 fn lines(text: &str) -> Vec<Value> {

@@ -1,9 +1,9 @@
 //! A lease: the rig is released when the client that holds it dies or falls silent.
 
-use haptic_ipc::{Client, LeaseReply, Request, RigState, StateReply};
+use haptic_ipc::{Client, LeaseReply, Request, RigState};
 use serde_json::json;
 use std::time::{Duration, Instant};
-use system_tests::{Daemon, journal, pause, stalled, status, wait_for, wait_for_state};
+use system_tests::{Daemon, engage, journal, pause, stalled, status, wait_for, wait_for_state};
 
 fn lease(client: &mut Client, timeout_ms: u32) -> LeaseReply {
     client.request(Request::Lease { timeout_ms }).expect("a lease")
@@ -12,9 +12,8 @@ fn lease(client: &mut Client, timeout_ms: u32) -> LeaseReply {
 /// An engaged rig: somebody who looks on, and somebody who is to hold a lease.
 fn engaged() -> (Daemon, Client, Client) {
     let daemon = Daemon::start(&[]);
-    let (mut watcher, mut holder) = (daemon.client(), daemon.client());
-    let _: StateReply = holder.request(Request::engage()).expect("it is idle");
-    wait_for_state(&mut watcher, RigState::Engaged);
+    let (watcher, mut holder) = (daemon.client(), daemon.client());
+    engage(&mut holder);
     (daemon, watcher, holder)
 }
 
@@ -117,8 +116,8 @@ fn engagement_queued_past_lease_expiry_is_refused() {
 }
 
 #[test]
-fn a_client_that_ends_its_lease_may_go() {
-    let (_daemon, mut watcher, mut holder) = engaged();
+fn a_lease_that_is_ended_holds_nobody_and_the_first_to_lapse_all() {
+    let (daemon, mut watcher, mut holder) = engaged();
     // Ended before it can lapse, also on a busy machine.
     lease(&mut holder, 4000);
     assert_eq!(status(&mut watcher).leases, 1);
@@ -130,17 +129,12 @@ fn a_client_that_ends_its_lease_may_go() {
         status.tick > begun + 4500
     });
     assert_eq!((later.state, later.leases), (RigState::Engaged, 0));
-}
 
-#[test]
-fn the_first_of_two_leases_to_lapse_lets_the_force_out() {
-    let (daemon, mut watcher, mut holder) = engaged();
-    let mut other = daemon.client();
+    let (mut holder, mut other) = (daemon.client(), daemon.client());
     lease(&mut holder, 60_000);
     lease(&mut other, 100);
     wait_for_state(&mut watcher, RigState::Idle);
     assert_eq!(status(&mut watcher).leases, 1);
     // The one that is left does not keep anybody from engaging again.
-    let _: StateReply = watcher.request(Request::engage()).expect("it is idle");
-    wait_for_state(&mut watcher, RigState::Engaged);
+    engage(&mut watcher);
 }

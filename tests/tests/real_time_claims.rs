@@ -1,10 +1,12 @@
 //! What `status` claims of the real-time thread, held against what the kernel says of the process.
 
 use haptic_ipc::{RealTimeStatus, Request, SceneRef};
+use rustix::process::Pid;
 use std::fs;
 use std::os::unix::process::CommandExt;
 use std::process::Command;
-use system_tests::{Daemon, copy_binary, processors, real_time_thread, status, until};
+use system_tests::process::size_kib;
+use system_tests::{Daemon, copy_binary, processors, processors_of, real_time_thread, status, until};
 
 const SCHED_OTHER: u32 = 0;
 const SCHED_FIFO: u32 = 1;
@@ -38,33 +40,19 @@ impl Thread {
                 .parse()
                 .expect("a number")
         };
-        let listed = |name| {
-            status
-                .lines()
-                .find_map(|line| line.strip_prefix(name))
-                .expect("it is counted")
-                .trim()
-        };
+        let waits = status
+            .lines()
+            .find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
         Self {
             priority: field(40),
             policy: field(41),
-            cpus: cpus(listed("Cpus_allowed_list:")),
-            waits: listed("voluntary_ctxt_switches:").parse().expect("a number"),
+            cpus: processors_of(i32::try_from(thread).ok().and_then(Pid::from_raw)),
+            waits: waits
+                .and_then(|waits| waits.trim().parse().ok())
+                .expect("it is counted"),
             page_faults: field(10) + field(12),
         }
     }
-}
-
-/// A list of processors, as the kernel writes it: `0-2,5`.
-fn cpus(listed: &str) -> Vec<usize> {
-    listed
-        .split(',')
-        .flat_map(|range| {
-            let (from, to) = range.split_once('-').unwrap_or((range, range));
-            let number = |text: &str| text.parse::<usize>().expect("a processor");
-            number(from)..=number(to)
-        })
-        .collect()
 }
 
 /// While a client changes scene and state. That a tick makes no system call but its sleep, and allocates nothing, the
@@ -108,17 +96,6 @@ fn the_loop_waits_once_a_tick_and_takes_no_page_fault() {
     }
 }
 
-/// Kilobytes of memory that the kernel keeps locked for a process.
-fn locked_kib(daemon: &Daemon) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{}/status", daemon.pid())).expect("it runs");
-    let line = status.lines().find_map(|line| line.strip_prefix("VmLck:"));
-    line.expect("a size")
-        .trim()
-        .trim_end_matches(" kB")
-        .parse()
-        .expect("a size")
-}
-
 /// Mappings of a process that may be paged out: readable, its own, and not locked.
 fn unlocked(daemon: &Daemon) -> Vec<String> {
     let maps = fs::read_to_string(format!("/proc/{}/smaps", daemon.pid())).expect("it runs");
@@ -157,7 +134,7 @@ fn hold_against_the_kernel(daemon: &Daemon, claimed: &RealTimeStatus) {
         Some(cpu) => assert_eq!(thread.cpus, [cpu], "{claimed:?}"),
         None => assert_ne!(thread.cpus.len(), 0),
     }
-    let locked = locked_kib(daemon);
+    let locked = size_kib(daemon.pid(), "VmLck").expect("it runs");
     if claimed.memory_locked {
         assert!(locked > 1024, "only {locked} KiB are locked: {claimed:?}");
         let unlocked = unlocked(daemon);

@@ -85,19 +85,8 @@ fn release_is_prepared_in_clone_and_refused_if_incomplete() {
     let cut = fs::read_to_string(source.join("CHANGELOG.md")).expect("a changelog");
     assert!(cut.contains(&format!("## Unreleased\n\n## {VERSION}, 20")), "{cut}");
     for manifest in ["Cargo.toml", "python/core/Cargo.toml"] {
-        let metadata = ok(
-            "cargo",
-            &[
-                "metadata",
-                "--locked",
-                "--offline",
-                "--no-deps",
-                "--format-version=1",
-                "--manifest-path",
-                manifest,
-            ],
-            &source,
-        );
+        let asked = format!("metadata --locked --offline --no-deps --format-version=1 --manifest-path {manifest}");
+        let metadata = ok("cargo", &asked.split(' ').collect::<Vec<_>>(), &source);
         let metadata: serde_json::Value = serde_json::from_str(&metadata).expect("JSON");
         for package in metadata["packages"].as_array().expect("packages") {
             assert_eq!(package["version"], VERSION, "{}", package["name"]);

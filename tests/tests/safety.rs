@@ -3,24 +3,25 @@
 
 use haptic_ipc::{Client, ErrorCode, LinkStatus, Request, RigState, StateReply, Timing};
 use rustix::process::Signal;
-use std::process::Command;
 use std::time::{Duration, Instant};
 use system_tests::fake_rig::{FakeRig, connected, pull};
 use system_tests::{
-    Daemon, HeldThread, PATIENCE, binary, engage, pause, process, refused, status, timed, wait_for, wait_for_state,
+    Daemon, HeldThread, PATIENCE, engage, pause, process, refused, status, timed, wait_for, wait_for_state,
 };
 
 /// Has the control thread of an engaged daemon hang, and sees the rig let go of.
 fn hang_it() {
     // A busy machine keeps the commands back for a while as well.
     let mut rig = FakeRig::start(&["--watchdog-ms", "5000"]);
-    let directory = tempfile::tempdir().expect("a directory");
-    let mut command = Command::new(binary("hapticd"));
     // Its own ramp is far too long for this.
-    command.args(["--device", &rig.address()]);
-    command.args(["--uncommissioned", "--allow-no-watchdog", "--stale-ms", "1000"]);
-    command.args(["--ramp-ms", "1000", "--control-timeout-ms", "2000"]);
-    let daemon = Daemon::spawn(command, &directory.path().join("control.sock"));
+    let options = [
+        "--allow-no-watchdog",
+        "--ramp-ms",
+        "1000",
+        "--control-timeout-ms",
+        "2000",
+    ];
+    let daemon = Daemon::start_on(&rig.address(), &options);
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
     pull(&mut rig, &mut client);
@@ -77,15 +78,10 @@ fn a_stop_is_confirmed_by_the_device_and_timed() {
         println!("reported as not confirmed after {:?}", asked.elapsed());
         let timing: Timing = client.request(Request::Timing {}).expect("the timing");
         let stops = timing.stops;
-        assert_eq!(
-            (stops.confirmed, stops.unconfirmed, stops.without_device),
-            (1, 1, 0),
-            "{stops:?}"
-        );
-        assert!(
-            stops.to_written_ns.max > 0 && stops.to_confirmed_ns.max > 0,
-            "{stops:?}"
-        );
+        let counts = (stops.confirmed, stops.unconfirmed, stops.without_device);
+        assert_eq!(counts, (1, 1, 0), "{stops:?}");
+        let times = [stops.to_written_ns.max, stops.to_confirmed_ns.max];
+        assert!(times.iter().all(|ns| *ns > 0), "{stops:?}");
     });
 }
 
@@ -170,19 +166,11 @@ fn signals_do_not_reach_the_real_time_thread() {
         .find_map(|line| line.strip_prefix("SigBlk:"))
         .and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
         .expect("a mask");
-    let is_blocked = |signal: Signal| blocked & (1 << (signal.as_raw() - 1)) != 0;
-    for signal in [
-        Signal::INT,
-        Signal::USR1,
-        Signal::ALARM,
-        Signal::TERM,
-        Signal::CHILD,
-        Signal::PROF,
-    ] {
-        assert!(is_blocked(signal), "{signal:?} reaches it");
-    }
+    let is_blocked = |signal: &Signal| blocked & (1 << (signal.as_raw() - 1)) != 0;
+    use Signal as S;
+    let sent = [S::INT, S::USR1, S::ALARM, S::TERM, S::CHILD, S::PROF];
+    assert!(sent.iter().all(is_blocked), "{blocked:x}");
     // Those of its own faults must reach it.
-    for signal in [Signal::SEGV, Signal::BUS, Signal::FPE, Signal::ILL] {
-        assert!(!is_blocked(signal), "{signal:?} is blocked");
-    }
+    let own = [S::SEGV, S::BUS, S::FPE, S::ILL];
+    assert!(!own.iter().any(is_blocked), "{blocked:x}");
 }

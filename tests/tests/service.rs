@@ -1,11 +1,11 @@
 //! What hapticd tells a service manager; here the tests are the manager.
 
-use haptic_ipc::{Request, StateReply, Status};
+use haptic_ipc::{ErrorCode, Request, StateReply, Status};
 use rustix::process::Signal;
 use std::os::unix::net::UnixDatagram;
 use std::process::Command;
 use std::time::{Duration, Instant};
-use system_tests::{Daemon, HeldThread, PATIENCE, binary, status, until};
+use system_tests::{Daemon, HeldThread, PATIENCE, binary, refused, status, until};
 
 /// A manager with the daemon that it started.
 struct Manager {
@@ -89,11 +89,14 @@ fn it_says_that_it_is_ready_that_it_goes_on_and_that_it_ends() {
 }
 
 #[test]
-fn the_watchdog_is_not_fed_while_the_real_time_thread_hangs() {
+fn neither_watchdog_nor_client_takes_a_loop_that_hangs_as_alive() {
     let manager = Manager::start(Duration::from_millis(400));
     let mut client = manager.daemon.client();
     manager.receive_until(FED);
     let held = HeldThread::real_time(manager.daemon.pid());
+    let error = refused(&mut client, Request::set([("mass", 1.5)].into_iter().collect()));
+    assert!(error.message.contains("cut the power"), "{error}");
+    assert_eq!(error.code, ErrorCode::NotResponding);
     manager.receive_until("STATUS=the real-time thread has been hanging");
     let stood = status(&mut client);
     let mut asked_to_restart = 0;

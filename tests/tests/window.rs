@@ -6,24 +6,21 @@
 //! seen, `HAPTIC_UPDATE_PICTURES=1 cargo test -p system-tests window::` draws the pictures again;
 //! look at them.
 
-use haptic_core::{Directional, Parameter, Scene};
-use haptic_ipc::{
-    Client, Description, Envelope, Event, ParameterDescription, Request, RigState, Sample, SamplesEvent, SceneReply,
-    StateEvent, StateReply, params_of,
-};
+use haptic_core::{Directional, Parameter};
+use haptic_ipc::{Client, Request, RigState, SceneReply};
 use haptic_studies::plan::{Plan, Task};
 use haptic_studies::store::{Study, StudyDescription};
 use haptic_studies::subject_table::SubjectTable;
 use std::fs::{self, File};
-use std::io::{BufRead, BufReader, BufWriter, Write};
-use std::os::unix::net::{UnixListener, UnixStream};
+use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use system_tests::measure::{percentile, us};
-use system_tests::screen::{Panel, Picture, Screen};
-use system_tests::{Daemon, PATIENCE, bring_to, status, until, wait_for, wait_for_state};
+use system_tests::screen::{Picture, Screen};
+use system_tests::{Daemon, PATIENCE, bring_to, engage, plain, status, until, wait_for, wait_for_state};
+
+/// From where cargo runs the tests: the window names it.
+const RECORDING: &str = "fixtures/recording-of-servo-3.mcap";
 
 /// Colours of one driver's text differ a little from another's.
 const TOLERANCE: u8 = 48;
@@ -37,120 +34,12 @@ const MASS_FIELD: (usize, usize) = (262, 289);
 /// The red of the stop button, which is there as soon as anything is: from the right and from the top, pixels.
 const STOP_BUTTON: (usize, usize) = (160, 20);
 
+/// The blue of the page Record where that is shown, pixels.
+const RECORD_TAB: (usize, usize) = (70, 92);
+
 fn is_drawn(picture: &Picture) -> bool {
     let [red, green, blue] = picture.at(picture.size.0 - STOP_BUTTON.0, STOP_BUTTON.1);
     red > 150 && green < 80 && blue < 80
-}
-
-/// A daemon that says the same to everybody: five seconds of stick-slip, and then that it lives.
-fn always_the_same(listener: UnixListener) {
-    thread::spawn(move || {
-        for stream in listener.incoming() {
-            // A panel that has gone is none of this test's business.
-            stream.and_then(converse).unwrap_or(());
-        }
-    });
-}
-
-fn converse(stream: UnixStream) -> std::io::Result<()> {
-    let out = Arc::new(Mutex::new(stream.try_clone()?));
-    let say = {
-        let out = Arc::clone(&out);
-        move |line: String| {
-            let mut out = out.lock().unwrap_or_else(PoisonError::into_inner);
-            out.write_all((line + "\n").as_bytes())
-        }
-    };
-    say(r#"{"hello":{"protocol":1,"server":"hapticd","session":"1-1"}}"#.to_owned())?;
-    for line in BufReader::new(stream).lines() {
-        let Ok(Envelope { id, request }) = Envelope::parse(&line?) else {
-            continue;
-        };
-        say(format!(r#"{{"id":{id},"ok":{}}}"#, answer(&request)))?;
-        if matches!(request, Request::Subscribe { .. }) {
-            for event in [Event::State(state()), Event::Samples(stick_slip())] {
-                say(serde_json::to_string(&event)?)?;
-            }
-            // Without samples the numbers are grey.
-            let say = say.clone();
-            thread::spawn(move || {
-                while say(r#"{"event":"samples","seq":1,"dropped":0,"rows":[]}"#.to_owned()).is_ok() {
-                    thread::sleep(Duration::from_millis(50));
-                }
-            });
-        }
-    }
-    Ok(())
-}
-
-fn answer(request: &Request) -> String {
-    let scene = Scene::paper();
-    let answer = match request {
-        Request::Describe {} => serde_json::to_string(&Description {
-            laws: vec![],
-            law: "karnopp".into(),
-            parameters: ParameterDescription::all_of(&scene),
-            sample_columns: vec![],
-        }),
-        Request::Get { .. } => serde_json::to_string(&SceneReply {
-            revision: 3,
-            params: params_of(&scene),
-            scene,
-        }),
-        Request::Subscribe { .. } => Ok(r#"{"topics":["state"],"rate_hz":1000,"batch_ms":34,"columns":[]}"#.to_owned()),
-        Request::SceneList {} => Ok(r#"{"scenes":[]}"#.to_owned()),
-        Request::Log { .. } => Ok(r#"{"entries":[],"oldest_kept":1}"#.to_owned()),
-        Request::Advise {} => Ok(r#"{"revision":3,"advice":[]}"#.to_owned()),
-        _ => Ok("{}".to_owned()),
-    };
-    answer.expect("it is written")
-}
-
-fn state() -> StateEvent {
-    StateEvent {
-        state: RigState::Engaged,
-        fault: None,
-        tick: 5000,
-        revision: 3,
-        scene: "simulated friction".into(),
-        law: "karnopp".into(),
-        params: params_of(&Scene::paper()),
-        undo_depth: 2,
-        redo_depth: 1,
-        arrival: None,
-    }
-}
-
-/// A saw tooth of force, with one sample that sticks out.
-fn stick_slip() -> SamplesEvent {
-    let row = |tick: u32| {
-        let phase = f64::from(tick % 500) / 500.0;
-        let slides = phase > 0.8;
-        let force = if slides { 3.5 } else { 5.0 * phase } + if tick == 2600 { 6.0 } else { 0.0 };
-        Sample {
-            tick: u64::from(tick),
-            t_s: f64::from(tick) * 1e-3,
-            state: RigState::Engaged,
-            contact: i8::from(slides),
-            device_position_m: f64::from(tick) * 5e-6,
-            device_velocity_mps: 0.005,
-            block_position_m: f64::from(tick / 500) * 2.5e-3 + if slides { (phase - 0.8) * 12.5e-3 } else { 0.0 },
-            block_velocity_mps: if slides { 0.025 } else { 0.0 },
-            coupling_force_n: force,
-            command_force_n: -force,
-            revision: 3,
-            wake_latency_ns: 0,
-            tick_ns: 0,
-            device_round_trip_ns: 0,
-            ..Sample::default()
-        }
-    };
-    SamplesEvent {
-        seq: 0,
-        dropped: 0,
-        rows: (0..=5000).map(row).collect(),
-        ..SamplesEvent::default()
-    }
 }
 
 fn kept(theme: &str) -> PathBuf {
@@ -180,18 +69,19 @@ fn write(path: &Path, picture: &Picture) {
 
 #[test]
 fn the_window_looks_as_it_did_in_both_themes() {
-    let directory = tempfile::tempdir().expect("a directory");
-    // The window names its rig.
-    let socket = directory.path().join("hapticd@left/control.sock");
-    fs::create_dir(socket.parent().expect("a folder")).expect("it can be made");
-    always_the_same(UnixListener::bind(&socket).expect("a socket"));
+    // Nothing moves without a daemon.
+    let socket = Path::new("/nonexistent/hapticd/control.sock");
+    let is_shown = |picture: &Picture| {
+        let [red, _, blue] = picture.at(RECORD_TAB.0, RECORD_TAB.1);
+        blue > red.saturating_add(100)
+    };
     for theme in ["dark", "light"] {
         let Some(screen) = Screen::open() else {
             return;
         };
-        let _panel = screen.panel(&socket, &["--theme", theme]);
+        let _panel = screen.panel(socket, &["--theme", theme, "--page", "record", "--open", RECORDING]);
         let began = Instant::now();
-        let mut seen = screen.settled(is_drawn);
+        let mut seen = screen.settled(is_shown);
         if std::env::var_os("HAPTIC_UPDATE_PICTURES").is_some() {
             write(&kept(theme), &seen);
             continue;
@@ -199,7 +89,7 @@ fn the_window_looks_as_it_did_in_both_themes() {
         let expected = read(&kept(theme));
         // On a busy machine it may look settled while the panel has yet to hear or to draw something.
         while seen.difference(&expected, TOLERANCE) > MAX_DIFFERENT && began.elapsed() < PATIENCE {
-            seen = screen.settled(is_drawn);
+            seen = screen.settled(is_shown);
         }
         let different = seen.difference(&expected, TOLERANCE);
         if different > MAX_DIFFERENT {
@@ -217,36 +107,6 @@ fn the_window_looks_as_it_did_in_both_themes() {
 
 const PAGES: [&str; 5] = ["tune", "record", "identify", "task", "perception"];
 
-/// A study of two segments of three trials.
-const PLAN: &str = r#"
-task = "fitts"
-name = "two segments"
-practice_segments = 0
-trials_per_segment = 3
-rest_every_segments = 9
-rest_s = 1
-baseline = "simulated"
-[cursor]
-diameter_m = 0.006
-[rig]
-gain = 3
-center_m = 0
-range_m = [-0.12, 0.12]
-[[conditions]]
-name = "1"
-amplitude_m = 0.18
-width_m = 0.12
-[[resistances]]
-name = "simulated"
-[resistances.scene]
-block = { mass = 0.5 }
-coupling = { stiffness = 25000, damping = 10 }
-[resistances.scene.friction]
-law = "karnopp"
-static_force = 4.0
-dynamic_force = 3.5
-"#;
-
 /// Near the left end of the button that begins a study, pixels.
 const BEGIN: (usize, usize) = (20, 226);
 
@@ -260,51 +120,27 @@ const ENABLED: u8 = 44;
 fn open_subjects_window(screen: &Screen) {
     screen.wait_until("the study", |picture| picture.at(BEGIN.0, BEGIN.1)[0] >= ENABLED);
     screen.press(SUBJECTS_SCREEN);
-    let found = [
+    screen.act(&[
         "search",
         "--sync",
         "--onlyvisible",
         "--name",
         "Subject's screen",
         "windowfocus",
-    ];
-    screen.act(&found);
+    ]);
 }
 
 /// A folder with a study for each page that has one, under the page's name.
 fn studies() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
-    let perception = Task::Perception.built_in_plan();
-    for (page, text) in [("task", PLAN), ("perception", perception)] {
+    for (page, task) in [("task", Task::Fitts), ("perception", Task::Perception)] {
+        let text = task.built_in_plan();
         let plan = Plan::read(text).expect("a plan");
         let subjects = SubjectTable::of_codes(&["P7".to_owned()]);
         let about = StudyDescription::people(&plan, text, 1, &subjects);
         drop(Study::create(&folder.path().join(page), text, &about, &subjects).expect("a study"));
     }
     folder
-}
-
-/// A panel that shows a page, with a recording or a study where the page has one.
-fn page_shown(
-    screen: &Screen,
-    (daemon, client): (&Daemon, &mut Client),
-    studies: &Path,
-    theme: &str,
-    page: &str,
-) -> Panel {
-    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/recording-of-servo-3.mcap");
-    let mut arguments = vec!["--theme", theme, "--page", page];
-    if page == "record" {
-        arguments.extend(["--open", recording]);
-    }
-    let study = studies.join(page);
-    if study.exists() {
-        arguments.extend(["--study", study.to_str().expect("a name")]);
-    }
-    let panel = screen.panel(daemon.socket(), &arguments);
-    wait_for(client, "the panel", |status| status.clients == 3);
-    wait_until_drawn(screen);
-    panel
 }
 
 /// How soon a key on the real window stops the rig, from the start of the program that presses it to the daemon's word,
@@ -321,7 +157,16 @@ fn a_key_stops_soon_on_every_page_and_in_the_subjects_window() {
     let mut client = daemon.client();
     let studies = studies();
     for page in PAGES {
-        let panel = page_shown(&screen, (&daemon, &mut client), studies.path(), "dark", page);
+        let study = studies.path().join(page);
+        let mut arguments = vec!["--theme", "dark", "--page", page];
+        if page == "record" {
+            arguments.extend(["--open", RECORDING]);
+        } else if study.exists() {
+            arguments.extend(["--study", plain(&study)]);
+        }
+        let panel = screen.panel(daemon.socket(), &arguments);
+        wait_for(&mut client, "the panel", |status| status.clients == 3);
+        wait_until_drawn(&screen);
         screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
         press_stop(&screen, &mut client, page);
         if page == "task" {
@@ -366,8 +211,7 @@ fn user_tunes_and_stops_rig_and_panel_outlives_daemon() {
     let mut client = daemon.client();
     let _panel = screen.panel(&socket, &["--theme", "dark"]);
     wait_for(&mut client, "the panel", |status| status.clients == 3);
-    client.request::<StateReply>(Request::engage()).expect("it engages");
-    wait_for_state(&mut client, RigState::Engaged);
+    engage(&mut client);
     wait_until_drawn(&screen);
     // There is no window manager that would do it.
     screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
@@ -377,18 +221,11 @@ fn user_tunes_and_stops_rig_and_panel_outlives_daemon() {
     screen.act(&["type", "750g"]);
     screen.act(&["key", "Return"]);
     let mass = |expected: f64| {
-        let began = std::time::Instant::now();
         let mut client = daemon.client();
-        loop {
+        until(&format!("the mass is not {expected} kg"), || {
             let reply: SceneReply = client.request(Request::get()).expect("a scene");
-            if reply.scene.value(Parameter::Mass) == Some(Directional::both(expected)) {
-                return;
-            }
-            assert!(
-                began.elapsed() < system_tests::PATIENCE,
-                "the mass is not {expected} kg: {reply:?}"
-            );
-        }
+            reply.scene.value(Parameter::Mass) == Some(Directional::both(expected))
+        });
     };
     mass(0.75);
     screen.click(MASS_FIELD);

@@ -1,7 +1,7 @@
 //! How fast the control plane is, and that nobody on its socket slows the loop.
 //!
 //! ```sh
-//! cargo bench -p system-tests --bench control               # all, some fifteen minutes
+//! cargo bench -p system-tests --bench control               # all, some forty minutes
 //! cargo bench -p system-tests --bench control -- attacks    # a part: set, get, stream, subscribers, attacks, stops
 //! HAPTICD_STOPS=50 cargo bench -p system-tests --bench control -- stops    # 50 stops a row in
 //! place of 1000, to see whether it works
@@ -9,13 +9,13 @@
 
 mod stops;
 
-use haptic_ipc::{ChangeReply, Changes, Client, Event, Request, SceneReply, ServerLine, StateReply, Topic};
-use serde_json::Value;
+use haptic_ipc::{ChangeReply, Changes, Event, Request, SceneReply, ServerLine, TimingWindow, Topic};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use system_tests::attack::{self, Attack};
-use system_tests::measure::{median, percentile, us};
-use system_tests::{Daemon, status, wait_for_state};
+use system_tests::measure::{TURN_S, TURNS, median, percentile, turn, us};
+use system_tests::process::processor_time_s;
+use system_tests::{Daemon, engage, status, subscribe};
 
 fn main() {
     // Cargo adds `--bench`.
@@ -39,11 +39,9 @@ fn ns(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).expect("short")
 }
 
-fn engaged(arguments: &[&str]) -> Daemon {
-    let daemon = Daemon::start(arguments);
-    let mut client = daemon.client();
-    let _: StateReply = client.request(Request::engage()).expect("an idle rig");
-    wait_for_state(&mut client, haptic_ipc::RigState::Engaged);
+fn engaged() -> Daemon {
+    let daemon = Daemon::start(&[]);
+    engage(&mut daemon.client());
     daemon
 }
 
@@ -65,7 +63,7 @@ fn times(what: &str, mut times_ns: Vec<u64>) {
 
 /// From a change being sent to the tick that renders it, and to its answer.
 fn set() {
-    let daemon = engaged(&[]);
+    let daemon = engaged();
     let (mut client, mut ticks, mut took) = (daemon.client(), vec![], vec![]);
     for turn in 0..5000 {
         let before = status(&mut client).tick;
@@ -88,7 +86,7 @@ fn set() {
 /// The round trip of the smallest useful request, in a line of 64 bytes.
 fn get() {
     const LINE_BYTES: usize = 64;
-    let daemon = engaged(&[]);
+    let daemon = engaged();
     let mut raw = daemon.raw();
     let mut line = r#"{"id":1,"op":"get"}"#.to_owned();
     line.push_str(&" ".repeat(LINE_BYTES - 1 - line.len()));
@@ -108,7 +106,7 @@ fn get() {
 /// 1000 changes a second from one client, which does not wait for the answers; none may be lost.
 fn stream() {
     const CHANGES: u64 = 10_000;
-    let daemon = engaged(&[]);
+    let daemon = engaged();
     let mut asker = daemon.client();
     let first: SceneReply = asker.request(Request::get()).expect("the scene");
     let (mut sender, mut receiver) = daemon.client().split();
@@ -147,34 +145,18 @@ fn stream() {
     times("from when it was due to its answer", took);
 }
 
-/// What a process has used of the processors, s.
-fn processor_s(pid: u32) -> f64 {
-    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).expect("it runs");
-    let (_, fields) = stat.rsplit_once(')').expect("a name");
-    let ticks: u64 = fields
-        .split_whitespace()
-        .skip(11)
-        .take(2)
-        .map(|field| field.parse::<u64>().expect("a count"))
-        .sum();
-    // USER_HZ, which Linux keeps at 100 on all common architectures.
-    #[expect(clippy::cast_precision_loss, reason = "few")]
-    let s = ticks as f64 / 100.0;
-    s
-}
-
 /// 16 subscribers of every tick at 1 kHz: rows received and lost.
 fn subscribers() {
     const SUBSCRIBERS: usize = 16;
     const TIME: Duration = Duration::from_secs(10);
-    let daemon = engaged(&[]);
-    let (began, before) = (Instant::now(), processor_s(daemon.pid()));
+    let daemon = engaged();
+    let (began, before) = (Instant::now(), processor_time_s(daemon.pid()));
     let counted: Vec<(u64, u64, u64)> = std::thread::scope(|scope| {
         let each: Vec<_> = (0..SUBSCRIBERS)
             .map(|_| {
                 scope.spawn(|| {
                     let mut client = daemon.client();
-                    subscribe(&mut client);
+                    subscribe(&mut client, &[Topic::Samples]);
                     let (mut rows, mut dropped, mut gaps, mut next) = (0, 0, 0, None);
                     while began.elapsed() < TIME {
                         let Event::Samples(batch) = client.next_event().expect("the daemon serves") else {
@@ -193,7 +175,7 @@ fn subscribers() {
             .collect();
         each.into_iter().map(|one| one.join().expect("it listens")).collect()
     });
-    let used = (processor_s(daemon.pid()) - before) / began.elapsed().as_secs_f64();
+    let used = (processor_time_s(daemon.pid()) - before) / began.elapsed().as_secs_f64();
     let sum = |of: fn(&(u64, u64, u64)) -> u64| counted.iter().map(of).sum::<u64>();
     let fewest = counted.iter().map(|one| one.0).min().expect("some");
     println!("\n## {SUBSCRIBERS} subscribers of every tick at 1 kHz\n");
@@ -207,64 +189,11 @@ fn subscribers() {
     );
 }
 
-fn subscribe(client: &mut Client) {
-    let request = Request::subscribe(vec![Topic::Samples]);
-    let _: Value = client.request(request).expect("a subscription");
-}
-
-const TURNS: usize = 5;
-const TURN: Duration = Duration::from_secs(4);
-
-/// A turn of the loop as a subscriber sees it.
-#[derive(Clone, Copy, Debug)]
-struct Turn {
-    tick_p50_us: f64,
-    tick_p99_us: f64,
-    wake_p50_us: f64,
-    wake_p99_us: f64,
-    overruns: f64,
-    missed: f64,
-}
-
-fn turn(daemon: &Daemon) -> Turn {
-    let mut client = daemon.client();
-    let counts = |client: &mut Client| {
-        let timing: haptic_ipc::Timing = client.request(Request::Timing {}).expect("the timing");
-        (timing.since_start.overruns, timing.since_start.missed_periods)
-    };
-    let before = counts(&mut client);
-    let mut listener = daemon.client();
-    subscribe(&mut listener);
-    let (mut tick_ns, mut wake_ns, began) = (vec![], vec![], Instant::now());
-    while began.elapsed() < TURN {
-        if let Event::Samples(batch) = listener.next_event().expect("the daemon serves") {
-            tick_ns.extend(batch.rows.iter().map(|row| row.tick_ns));
-            wake_ns.extend(batch.rows.iter().map(|row| row.wake_latency_ns));
-        }
-    }
-    let after = counts(&mut client);
-    tick_ns.sort_unstable();
-    wake_ns.sort_unstable();
-    #[expect(clippy::cast_precision_loss, reason = "few")]
-    let since = |before: u64, after: u64| (after - before) as f64;
-    Turn {
-        tick_p50_us: us(percentile(&tick_ns, 500)),
-        tick_p99_us: us(percentile(&tick_ns, 990)),
-        wake_p50_us: us(percentile(&wake_ns, 500)),
-        wake_p99_us: us(percentile(&wake_ns, 990)),
-        overruns: since(before.0, after.0),
-        missed: since(before.1, after.1),
-    }
-}
-
-/// The loop under every attack beside the same loop left alone, in turns; and how long a stop takes
+/// The loop under every attack beside the same loop left alone, in turns; and how long an answer to somebody else takes
 /// meanwhile.
 fn attacks() {
-    let daemon = engaged(&[]);
-    println!(
-        "\n## Attacks: medians of {TURNS} turns of {} s, alone -> under attack\n",
-        TURN.as_secs()
-    );
+    let daemon = engaged();
+    println!("\n## Attacks: medians of {TURNS} turns of {TURN_S} s, alone -> under attack\n");
     println!(
         "| attack | tick p50, us | tick p99, us | wake-up p50, us | wake-up p99, us | overruns | periods missed | status, us |"
     );
@@ -272,45 +201,48 @@ fn attacks() {
     for attack in attack::ALL.into_iter().chain([attack::CROWD]) {
         let (mut alone, mut attacked, mut answers) = (vec![], vec![], vec![]);
         for _ in 0..TURNS {
-            alone.push(turn(&daemon));
+            alone.push(turn(&mut daemon.client()));
             let (turn, answer_us) = under(&daemon, attack);
             attacked.push(turn);
             answers.push(answer_us);
         }
-        let cell = |of: fn(&Turn) -> f64| {
-            let each = |turns: &[Turn]| median(turns.iter().map(of).collect());
+        let count = |periods: u64| f64::from(u32::try_from(periods).expect("few"));
+        let cell = |of: &dyn Fn(&TimingWindow) -> f64| {
+            let each = |turns: &[TimingWindow]| median(turns.iter().map(of).collect());
             format!("{:.1} -> {:.1}", each(&alone), each(&attacked))
         };
         println!(
             "| {} | {} | {} | {} | {} | {} | {} | {:.0} |",
             attack.name,
-            cell(|turn| turn.tick_p50_us),
-            cell(|turn| turn.tick_p99_us),
-            cell(|turn| turn.wake_p50_us),
-            cell(|turn| turn.wake_p99_us),
-            cell(|turn| turn.overruns),
-            cell(|turn| turn.missed),
+            cell(&|turn| us(turn.tick_ns.p50)),
+            cell(&|turn| us(turn.tick_ns.p99)),
+            cell(&|turn| us(turn.wake_latency_ns.p50)),
+            cell(&|turn| us(turn.wake_latency_ns.p99)),
+            cell(&|turn| count(turn.overruns)),
+            cell(&|turn| count(turn.missed_periods)),
             median(answers)
         );
     }
 }
 
 /// A turn under attack, and the median time of an answer to somebody else, us.
-fn under(daemon: &Daemon, attack: Attack) -> (Turn, f64) {
+fn under(daemon: &Daemon, attack: Attack) -> (TimingWindow, f64) {
+    // All places may be taken later.
+    let (mut client, mut asker) = (daemon.client(), daemon.client());
     let over = AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| attack.run(daemon.socket(), &over));
         let asking = scope.spawn(|| {
-            let (mut client, mut took) = (daemon.client(), vec![]);
+            let mut took = vec![];
             while !over.load(Ordering::Relaxed) {
                 let asked = Instant::now();
-                let _ = status(&mut client);
+                let _ = status(&mut asker);
                 took.push(us(ns(asked.elapsed())));
                 std::thread::sleep(Duration::from_millis(10));
             }
             median(took)
         });
-        let turn = turn(daemon);
+        let turn = turn(&mut client);
         over.store(true, Ordering::Relaxed);
         (turn, asking.join().expect("it asks"))
     })

@@ -2,19 +2,16 @@
 //! rig and with everything against it that the program knows of.
 
 use crate::ns;
-use haptic_ipc::{Client, Request, RigState, ServerLine, StateReply};
-use rustix::fs::{Mode, OFlags};
-use rustix::io::Errno;
+use haptic_ipc::{Client, Request, ServerLine};
 use serde_json::Value;
-use std::path::Path;
-use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use system_tests::attack::{self, Attack};
+use system_tests::blocked::{Blocked, Mute};
 use system_tests::fake_rig::FakeRig;
 use system_tests::measure::{percentile, us};
 use system_tests::screen::Screen;
-use system_tests::{Daemon, binary, engage, wait_for};
+use system_tests::{engage, wait_for};
 
 /// Stops in each row; fewer only look whether it works.
 fn stops_each() -> usize {
@@ -45,77 +42,6 @@ impl Meanwhile {
     }
 }
 
-/// A rig and the daemon that has it.
-struct Rig {
-    daemon: Daemon,
-    /// The other end of its line.
-    _line: Option<FakeRig>,
-    _directory: tempfile::TempDir,
-}
-
-impl Rig {
-    /// Where its outputs are to be blocked, they are once it is up.
-    fn start(serial: bool, blocked: bool) -> Self {
-        let line = serial.then(|| FakeRig::start(&[]));
-        let directory = tempfile::tempdir().expect("a directory");
-        let full = directory.path().join("full");
-        rustix::fs::mknodat(
-            rustix::fs::CWD,
-            &full,
-            rustix::fs::FileType::Fifo,
-            Mode::RUSR | Mode::WUSR,
-            0,
-        )
-        .expect("a named pipe");
-        let mut command = Command::new("sh");
-        // Opened both ways it waits for no reader. A demo, which writes to it ten times a second,
-        // runs on the rig in the process alone.
-        let run = match (blocked, serial) {
-            (true, false) => "full=$1; shift; exec \"$0\" --demo \"$@\" 1<>\"$full\"",
-            (true, true) => "full=$1; shift; exec \"$0\" \"$@\" 1<>\"$full\"",
-            (false, _) => "shift; exec \"$0\" \"$@\"",
-        };
-        command
-            .args(["-c", run])
-            .arg(binary("hapticd"))
-            .arg(&full)
-            .args(["--uncommissioned", "--ramp-ms", "5", "--stale-ms", "200", "--device"])
-            .arg(line.as_ref().map_or("fake".to_owned(), FakeRig::address))
-            .arg("--scene-dir")
-            .arg(directory.path().join("scenes"));
-        let daemon = Daemon::spawn(command, &directory.path().join("run/control.sock"));
-        if blocked {
-            fill(daemon.pid(), 1);
-            fill(daemon.pid(), 2);
-        }
-        Self {
-            daemon,
-            _line: line,
-            _directory: directory,
-        }
-    }
-}
-
-/// Writes into a pipe of another process until nothing more fits.
-fn fill(process: u32, descriptor: u32) {
-    let pipe = rustix::fs::open(
-        format!("/proc/{process}/fd/{descriptor}"),
-        OFlags::WRONLY | OFlags::NONBLOCK,
-        Mode::empty(),
-    )
-    .expect("a pipe that may be opened");
-    // First whole pages, then what is left of the last.
-    for length in [4096, 1] {
-        loop {
-            match rustix::io::write(&pipe, &vec![b'.'; length]) {
-                Ok(_) => {}
-                Err(Errno::AGAIN) => break,
-                Err(error) => panic!("{error}"),
-            }
-        }
-    }
-}
-
 /// What a number of stops took.
 struct Taken {
     confirmed_ns: Vec<u64>,
@@ -126,8 +52,9 @@ struct Taken {
     timing: Value,
 }
 
-fn stop(socket: &Path) -> Option<(Duration, bool)> {
-    let (mut sender, mut receiver) = Client::connect(socket).ok()?.split();
+/// Stops as another client does: how long it took and whether the device has confirmed it; none without an answer.
+fn stop(client: Client) -> Option<(Duration, bool)> {
+    let (mut sender, mut receiver) = client.split();
     receiver.set_timeout(Some(PATIENCE)).ok()?;
     let asked = Instant::now();
     sender.send(Request::Stop {}).ok()?;
@@ -138,7 +65,7 @@ fn stop(socket: &Path) -> Option<(Duration, bool)> {
     }
 }
 
-fn take(daemon: &Daemon) -> Taken {
+fn take(daemon: &Mute) -> Taken {
     let mut taken = Taken {
         confirmed_ns: vec![],
         unconfirmed: 0,
@@ -152,7 +79,7 @@ fn take(daemon: &Daemon) -> Taken {
         // moment of the loop's choosing either.
         let from = system_tests::status(&mut client).tick;
         wait_for(&mut client, "force", |status| status.tick > from + 2);
-        match stop(daemon.socket()) {
+        match stop(daemon.client()) {
             Some((took, true)) => taken.confirmed_ns.push(ns(took)),
             Some((_, false)) => taken.unconfirmed += 1,
             None => {
@@ -160,10 +87,8 @@ fn take(daemon: &Daemon) -> Taken {
                 return taken;
             }
         }
-        let idle: Result<StateReply, _> = client.request(Request::Reset {});
-        if !idle.is_ok_and(|idle| idle.state == RigState::Idle) {
-            // A rig behind a line may have faulted meanwhile, or be gone for a moment: `engage` sees to it.
-        }
+        // A rig behind a line may have faulted meanwhile, or be gone for a moment: `engage` sees to it.
+        drop(client.request::<Value>(Request::Reset {}));
     }
     taken.timing = client.request(Request::Timing {}).unwrap_or_default();
     taken
@@ -208,8 +133,22 @@ pub(crate) fn stops() {
             .chain(screen.is_some().then_some(Meanwhile::Panel))
             .chain(attacks);
         for meanwhile in all.filter(|meanwhile| meanwhile.name().contains(&rows)) {
-            let rig = Rig::start(serial, matches!(meanwhile, Meanwhile::BlockedOutput));
-            row(name, meanwhile.name(), under(&rig.daemon, &meanwhile, screen.as_ref()));
+            let line = serial.then(|| FakeRig::start(&[]));
+            let device = line.as_ref().map_or("fake".to_owned(), FakeRig::address);
+            let mut arguments = vec![
+                "--uncommissioned",
+                "--ramp-ms",
+                "5",
+                "--stale-ms",
+                "200",
+                "--device",
+                &device,
+            ];
+            let output = matches!(meanwhile, Meanwhile::BlockedOutput).then(Blocked::pipe);
+            // A demo, which writes to it ten times a second, runs on the rig in the process alone.
+            arguments.extend((output.is_some() && !serial).then_some("--demo"));
+            let daemon = Mute::start(&arguments, output.as_ref());
+            row(name, meanwhile.name(), under(&daemon, &meanwhile, screen.as_ref()));
         }
     }
     println!(
@@ -219,19 +158,19 @@ pub(crate) fn stops() {
     );
 }
 
-fn under(daemon: &Daemon, meanwhile: &Meanwhile, screen: Option<&Screen>) -> Taken {
+fn under(daemon: &Mute, meanwhile: &Meanwhile, screen: Option<&Screen>) -> Taken {
     match (meanwhile, screen) {
         (Meanwhile::Attack(attack), _) => {
             let over = AtomicBool::new(false);
             std::thread::scope(|scope| {
-                scope.spawn(|| attack.run(daemon.socket(), &over));
+                scope.spawn(|| attack.run(&daemon.socket, &over));
                 let taken = take(daemon);
                 over.store(true, Ordering::Relaxed);
                 taken
             })
         }
         (Meanwhile::Panel, Some(screen)) => {
-            let _panel = screen.panel(daemon.socket(), &[]);
+            let _panel = screen.panel(&daemon.socket, &[]);
             wait_for(&mut daemon.client(), "the panel", |status| status.clients == 3);
             take(daemon)
         }

@@ -1,35 +1,30 @@
-//! The soak: daemons in ordinary use for minutes or hours, while one fault after another is brought about in a random
+//! The soak: a daemon in ordinary use for minutes or hours, while one fault after another is brought about in a random
 //! order, and what must hold all the while.
 //!
-//! Two daemons run side by side: one on the fake rig behind a pseudo-terminal, whose own record of its motor judges
-//! the force, and one on the fake rig in its process. Each has clients that change its scene and clients that misuse
-//! it, a journal that is followed, and recordings that are replayed.
+//! Its rig is the fake one behind a pseudo-terminal, whose own record of its motor judges the force. It has a client
+//! that changes its scene and some that misuse it, a journal that is followed, and recordings that are replayed.
 
-mod ending;
 mod faults;
 mod health;
 mod load;
-mod plan;
-mod pressure;
 mod recordings;
 mod report;
 mod rig;
 mod round;
 
-pub use report::{Claim, Report};
-
-use plan::Plan;
+use crate::attack;
+use crate::process::{descriptors, signal};
 use report::Seen;
-use rig::{Place, Rig};
+use rig::Rig;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
+use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 /// Where the report is written.
-pub const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/soak");
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/soak");
 
-/// How much longer than asked for the last round of faults may take before the daemons count as hung.
+/// How much longer than asked for the last round of faults may take before the daemon counts as hung.
 const OVERTIME: Duration = Duration::from_secs(600);
 
 /// What is asked for on the command line.
@@ -54,12 +49,45 @@ fn length(text: &str) -> Result<Duration, String> {
         .ok_or_else(refused)
 }
 
-/// Runs a soak and writes its report into [`FOLDER`].
-///
-/// # Errors
-/// A signal has asked it to end before its time: the exit code for that. Its daemons have ended.
-pub fn run(options: &Options) -> Result<Report, i32> {
-    ending::listen();
+/// What a soak has shown.
+#[derive(Debug)]
+pub struct Report {
+    /// In Markdown.
+    pub markdown: String,
+    /// The claims that do not hold, with what was seen.
+    pub failed: Vec<String>,
+}
+
+/// What every thread of a soak knows.
+#[derive(Debug)]
+struct Plan {
+    seed: u64,
+    length: Duration,
+    began: Instant,
+    /// Where the report and the recordings are.
+    folder: PathBuf,
+    /// No fault is brought about any more: the clients end.
+    over: AtomicBool,
+}
+
+impl Plan {
+    fn is_over(&self) -> bool {
+        self.over.load(Ordering::Relaxed)
+    }
+
+    /// Time since it began, s.
+    fn time_s(&self) -> f64 {
+        self.began.elapsed().as_secs_f64()
+    }
+
+    /// A source of random numbers of its own for each user.
+    fn random(&self, user: u64) -> fastrand::Rng {
+        fastrand::Rng::with_seed(self.seed.wrapping_mul(1_000_003).wrapping_add(user))
+    }
+}
+
+/// Runs a soak and writes its report, target/soak/report.md.
+pub fn run(options: &Options) -> Report {
     let folder = PathBuf::from(FOLDER);
     std::fs::create_dir_all(&folder).expect("a folder for the report");
     let plan = Plan {
@@ -73,77 +101,59 @@ pub fn run(options: &Options) -> Result<Report, i32> {
         "soak of {:?} with --seed {}; its report comes to {FOLDER}",
         plan.length, plan.seed
     );
-    let rigs = [Place::Link, Place::InProcess].map(|place| Rig::start(place, plan.seed));
-    let seen = thread::scope(|scope| {
-        let watched: Vec<_> = rigs
-            .into_iter()
-            .map(|rig| {
-                let plan = plan.for_another();
-                scope.spawn(move || soak(&plan, rig))
-            })
-            .collect();
-        watched
-            .into_iter()
-            .map(|watched| watched.join().expect("it catches what fails"))
-            .collect::<Vec<Seen>>()
-    });
-    if let Some(code) = ending::asked() {
-        eprintln!("a signal has ended the soak and its daemons: it has no report");
-        return Err(code);
-    }
+    let seen = soak(&plan, Rig::start(plan.seed));
     let report = Report::of(&plan, &seen);
-    report.write(&plan.folder);
-    Ok(report)
+    std::fs::write(plan.folder.join("report.md"), &report.markdown).expect("the report");
+    report
 }
 
-/// Soaks one daemon.
 fn soak(plan: &Plan, mut rig: Rig) -> Seen {
-    let quiet = health::Snapshot::of(plan, &rig.daemon);
-    let (pid, place) = (rig.daemon.pid(), rig.name());
-    let socket = rig.daemon.socket().to_path_buf();
-    let user_over = AtomicBool::new(false);
-    let mut broken = Vec::new();
-    let (occurrences, mut load, recordings, mut health) = thread::scope(|scope| {
-        let (socket, user_over) = (&socket, &user_over);
-        let load = load::start(scope, plan, place, socket);
-        let recordings = scope.spawn(move || recordings::run(plan, place, socket));
-        let health = scope.spawn(move || health::watch(plan, pid));
+    let (pid, socket) = (rig.daemon.pid(), rig.daemon.socket().to_owned());
+    let socket = socket.as_path();
+    let descriptors_before = descriptors(pid);
+    let mut seen = Seen::default();
+    let clients_over = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let changes = scope.spawn(|| load::change(plan, socket));
+        let heard = scope.spawn(|| load::listen(plan, socket));
+        let misuse = scope.spawn(|| attack::HALF_CLOSED.run(socket, &plan.over));
+        let recordings = scope.spawn(|| recordings::run(plan, socket));
+        let health = scope.spawn(|| health::watch(plan, pid));
         // A daemon that hangs for good would hang its clients too.
-        scope.spawn(move || end_a_hung_daemon(plan, pid, user_over));
-        let mut occurrences = Vec::new();
+        scope.spawn(|| end_a_hung_daemon(plan, pid, &clients_over));
         let driven = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-            round::run(plan, &mut rig, &mut occurrences);
+            round::run(plan, &mut rig, &mut seen.occurrences);
         }));
+        plan.over.store(true, Ordering::Relaxed);
+        let broken = &mut seen.broken;
         if driven.is_err() {
             broken.push("the faults ended in a panic (above)".to_owned());
         }
-        plan.over.store(true, Ordering::Relaxed);
-        let load = load.join(&mut broken);
-        let recordings = recordings.join().unwrap_or_else(|_| {
-            broken.push("the recordings ended in a panic (above)".to_owned());
-            recordings::Checked::default()
-        });
-        let health = health.join().unwrap_or_else(|_| {
-            broken.push("the look at its memory ended in a panic (above)".to_owned());
-            health::History::default()
-        });
-        user_over.store(true, Ordering::Relaxed);
-        (occurrences, load, recordings, health)
+        joined(misuse, "the clients that misuse it", broken);
+        seen.revisions = joined(changes, "the client that changes the scene", broken);
+        seen.heard = joined(heard, "the client that listens", broken);
+        seen.recordings = joined(recordings, "the recordings", broken);
+        seen.health = joined(health, "the look at its memory", broken);
+        clients_over.store(true, Ordering::Relaxed);
     });
-    if broken.is_empty() && ending::asked().is_none() {
-        health.at_the_end(&quiet, plan, &rig.daemon);
-        load.check_the_end(&mut rig);
+    if seen.broken.is_empty() {
+        load::hear_the_rest(&mut seen.heard, &rig.daemon);
     }
-    Seen {
-        rig: place,
-        occurrences,
-        left_out: rig.left_out(),
-        load,
-        recordings,
-        health,
-        force: rig.force_record(),
-        broken,
+    seen.largest_n = [rig.largest_n, rig.largest_at_rest_n];
+    // The daemon closes a connection when it has noticed its end.
+    let began = Instant::now();
+    while descriptors(pid) > descriptors_before && began.elapsed() < crate::PATIENCE {
+        crate::pause();
     }
+    seen.descriptors_without_clients = [descriptors_before, descriptors(pid)];
+    seen
+}
+
+fn joined<T: Default>(thread: ScopedJoinHandle<'_, T>, name: &str, broken: &mut Vec<String>) -> T {
+    thread.join().unwrap_or_else(|_| {
+        broken.push(format!("{name} ended in a panic (above)"));
+        T::default()
+    })
 }
 
 /// Kills a daemon whose soak does not end, so that each client that waits for it fails.
@@ -152,7 +162,7 @@ fn end_a_hung_daemon(plan: &Plan, pid: u32, ended: &AtomicBool) {
     while !ended.load(Ordering::Relaxed) {
         if plan.began.elapsed() > latest {
             println!("the soak does not end: daemon {pid} is killed");
-            crate::process::signal(pid, rustix::process::Signal::KILL);
+            signal(pid, rustix::process::Signal::KILL);
             return;
         }
         thread::sleep(Duration::from_millis(20));

@@ -1,8 +1,7 @@
 //! Rounds of faults: each of them once, in a random order, until the time is over.
 
-use super::ending;
-use super::faults::{ALL, Ending, Fault};
-use super::plan::Plan;
+use super::Plan;
+use super::faults::{ALL, Documented, Ending, Fault};
 use super::rig::Rig;
 use crate::{status, wait_for, wait_for_state};
 use haptic_ipc::{JournalEntry, RigState};
@@ -44,7 +43,7 @@ pub(super) struct Occurrence {
 /// How a fault ended.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum End {
-    /// As documented; where the motor was seen, with the time until it gave no force.
+    /// As documented; where the force ends, with the time until the motor gave none.
     AsDocumented(Option<Duration>),
     /// The machine interfered with a fault of its own.
     BusyMachine(String),
@@ -54,23 +53,21 @@ pub(super) enum End {
 
 /// Brings faults about on a rig until the time is over, and each at least once.
 pub(super) fn run(plan: &Plan, rig: &mut Rig, occurrences: &mut Vec<Occurrence>) {
-    let mut random = plan.random(rig.name(), 0);
-    let mut faults: Vec<&Fault> = ALL.iter().filter(|fault| fault.is_for(rig)).collect();
+    let mut random = plan.random(0);
+    let mut faults: Vec<&Fault> = ALL.iter().collect();
     let mut is_first = true;
-    loop {
+    while is_first || plan.began.elapsed() < plan.length {
         random.shuffle(&mut faults);
         for fault in &faults {
-            let is_over = !is_first && plan.began.elapsed() >= plan.length;
-            if is_over || ending::asked().is_some() {
-                rig.rest();
-                return;
+            if !is_first && plan.began.elapsed() >= plan.length {
+                break;
             }
             for _ in 0..ATTEMPTS {
                 let time_s = plan.time_s();
                 let end = occur(fault, rig);
                 let is_busy = matches!(end, End::BusyMachine(_));
                 if let End::Wrong(why) = &end {
-                    println!("{time_s:.1} s, {}, {}: {why}", rig.name(), fault.name);
+                    println!("{time_s:.1} s, {}: {why}", fault.name);
                 }
                 occurrences.push(Occurrence {
                     fault: fault.name,
@@ -78,7 +75,7 @@ pub(super) fn run(plan: &Plan, rig: &mut Rig, occurrences: &mut Vec<Occurrence>)
                     end,
                 });
                 rig.rest();
-                if !is_busy || ending::asked().is_some() {
+                if !is_busy {
                     break;
                 }
             }
@@ -99,7 +96,7 @@ fn occur(fault: &Fault, rig: &mut Rig) -> End {
             pulling = Some(after);
             break;
         }
-        let entries = rig.journal(Some(before));
+        let entries = rig.journal(Some(before), 10_000);
         let mut faults = entries.iter().filter_map(|entry| entry.fault.as_deref());
         if let Some(code) = faults.find(|code| !OF_A_BUSY_MACHINE.contains(code)) {
             return End::Wrong(format!("before it pulled, it faulted with {code}"));
@@ -109,11 +106,15 @@ fn occur(fault: &Fault, rig: &mut Rig) -> End {
         return End::BusyMachine("the machine faults it before it pulls".to_owned());
     };
     let held_up = rig.held_up();
-    rig.begin();
+    let began = Instant::now();
     let mut zero = Ok(None);
-    (fault.act)(rig, &mut |rig| match fault.zero_within_ms {
-        Some(ms) => zero = rig.watch_until_zero(Duration::from_millis(ms)),
-        None => {
+    let Documented {
+        end, zero_within_ms, ..
+    } = fault.documented;
+    fault.act(rig, &mut |rig| {
+        if zero_within_ms.is_some() {
+            zero = rig.watch_until_zero(began).map(Some);
+        } else {
             rig.motor_n();
             rig.wait_ticks(GOES_ON_TICKS);
             rig.motor_n();
@@ -122,13 +123,13 @@ fn occur(fault: &Fault, rig: &mut Rig) -> End {
     let zero = match zero {
         Ok(zero) => zero,
         // A clock that jumps while our loop stands still, or the line, may be believed: two of three times agree (H3).
-        Err(why) if fault.ends_in == Ending::Faulted("device_clock") && rig.held_up() > held_up => {
+        Err(why) if end == Ending::Faulted("device_clock") && rig.held_up() > held_up => {
             return End::BusyMachine(why);
         }
         Err(why) => return End::Wrong(why),
     };
-    let ended = wait_for_the_end(fault.ends_in, rig);
-    judge(fault.ends_in, ended, zero, || rig.journal(Some(after)))
+    let ended = wait_for_the_end(end, rig);
+    judge(end, ended, zero, || rig.journal(Some(after), 10_000))
 }
 
 /// Holds a state against the documented one. The journal distinguishes a fault from the machine's, and shows what
