@@ -50,6 +50,8 @@ impl Loop {
         self.rig.write(arrived_n, true).expect("it is there");
         self.rows.push(Sample {
             tick: self.rows.len() as u64,
+            t_s: self.now_ns as f64 * 1e-9,
+            device_position_m: sample.position_m,
             device_sequence: sample.sequence,
             device_time_ns: self.now_ns,
             sample_position_m: sample.position_m,

@@ -50,3 +50,29 @@ impl Ticks {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lost_ticks_are_counted_and_a_record_has_its_own_alone() {
+        let mut ticks = Ticks::default();
+        for (dropped, seen) in [(3, 6..9), (2, 9..13)] {
+            let rows = seen.map(|tick| Sample {
+                tick: tick.into(),
+                t_s: f64::from(tick) * 1e-3,
+                device_sequence: tick,
+                device_time_ns: u64::from(tick) * 1_000_000,
+                ..Sample::default()
+            });
+            ticks.take(&SamplesEvent {
+                dropped,
+                rows: rows.collect(),
+                ..SamplesEvent::default()
+            });
+        }
+        let record = ticks.record(7, 10, 1e-5);
+        assert_eq!((ticks.lost(), record.t_s.len()), (5, 4), "{record:?}");
+    }
+}

@@ -147,30 +147,38 @@ fn identify_on_steady_clocks(
 }
 
 /// Beside the delay of a force that was commanded. Where the record does not determine that, the intervals hold those
-/// of no delay and of the longest.
+/// of no delay and of the longest, and what either refuses is refused.
 fn identify_commanded(
     even: &Even,
     options: &Options,
     longest_delay_s: f64,
     progress: &mut Progress<'_>,
 ) -> Result<(Identified, Left), IdentifyError> {
-    let mut with = |clocks, from, to| {
+    let mut with = |clocks, model, from, to| {
         let options = Options {
             clocks,
+            model,
             ..options.clone()
         };
         identify_on_steady_clocks(even, &options, &mut progress.part(from, to))
     };
     if longest_delay_s <= 0.0 {
-        return with(Clocks::One, 0.0, 1.0);
+        return with(Clocks::One, options.model, 0.0, 1.0);
     }
-    let delayed = with(Clocks::Delayed, 0.0, 0.5)?;
-    if delayed.0.refused.iter().all(|refusal| refusal.parameter != "shift_s") {
+    let delayed = with(Clocks::Delayed, options.model, 0.0, 0.5)?;
+    let found = &delayed.0;
+    // The stamps of a force that acts later are too early.
+    let is_delay = |[low_s, high_s]: &Interval| *high_s >= -longest_delay_s && *low_s <= 0.0;
+    let has_mass = options.mass_kg.is_some() || found.mass_kg.is_some();
+    if has_mass && found.intervals.get("shift_s").is_some_and(is_delay) {
         return Ok(delayed);
     }
-    let (mut at_once, left) = with(Clocks::One, 0.5, 0.75)?;
-    // The stamps of a force that acts later are too early.
-    let (late, _) = with(Clocks::Shifted(-longest_delay_s), 0.75, 1.0)?;
+    let (mut at_once, left) = with(Clocks::One, found.model, 0.5, 0.75)?;
+    let (late, _) = with(Clocks::Shifted(-longest_delay_s), found.model, 0.75, 1.0)?;
+    at_once.chosen_because = delayed.0.chosen_because;
+    for refusal in late.refused {
+        at_once.refuse(refusal);
+    }
     for (name, [least, most]) in &mut at_once.intervals {
         let Some([late_least, late_most]) = late.intervals.get(name) else {
             continue;

@@ -77,6 +77,15 @@ fn pairs<'a>(found: &'a Identified, truth: &Truth) -> Vec<(&'a str, f64, f64, f6
 
 /// Whether every interval of friction that is alike and an offset, N, holds, and within how many of its halves.
 fn held(found: &Identified, offset_n: f64, halves: f64) {
+    for parameter in [
+        "mass_kg",
+        "dynamic_force_N.positive",
+        "viscous_Ns_per_m.negative",
+        "static_force_N.positive",
+    ] {
+        let is_reported = found.value(parameter).is_some();
+        assert_eq!(is_reported, found.intervals.contains_key(parameter), "{parameter}");
+    }
     for (name, value, truth, _) in pairs(found, &truth(alike(), offset_n)) {
         let [low, high] = found.intervals[name];
         let half = (high - low) / 2.0;
@@ -146,6 +155,7 @@ fn a_constant_force_is_the_offset_of_friction_that_is_alike() {
     shifted.force_n.iter_mut().for_each(|force| *force -= 1.2);
     let found = found(&shifted);
     assert!(found.refused.is_empty(), "{found:#?}");
+    assert!(found.intervals.contains_key("offset_N"), "{found:#?}");
     held(&found, -1.2, 1.6);
 }
 

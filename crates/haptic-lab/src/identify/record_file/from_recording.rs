@@ -53,9 +53,11 @@ pub(super) fn take(recording: &Recording, source: &Source) -> Result<Loaded, Rec
             servo.map_or(0.0, |servo| servo.device_resolution_m),
         )
     };
+    let position_gain = source.table.position_gain.unwrap_or(1.0);
+    record.resolution_m = record.resolution_m.map(|step_m| step_m * position_gain.abs());
     let velocities = record.velocity_mps.iter_mut().flatten();
     for length in record.position_m.iter_mut().chain(velocities) {
-        *length *= source.table.position_gain.unwrap_or(1.0);
+        *length *= position_gain;
     }
     for force in &mut record.force_n {
         *force *= source.table.force_gain.unwrap_or(1.0);
@@ -135,15 +137,21 @@ fn of_block(rows: &[&Sample]) -> Record {
     record
 }
 
+/// A device's clock that differs from the daemon's by more in one step has begun anew, s.
+const ANEW_S: f64 = 0.1;
+
 /// The motion of the device, in encoder steps of `resolution_m` (m; 0: unknown), and its motor's force: positions at
-/// the times of the device's clock, each with the mean of the forces before and after it. A sample that a tick has
-/// repeated is one sample. A clock that begins anew goes on by the daemon's.
+/// the times of the device's clock, from the daemon's at the first one, each with the mean of the forces before and
+/// after it. A sample that a tick has repeated is one sample, and one that the servo has held back is none. A clock
+/// that begins anew goes on by the daemon's.
 #[must_use]
 pub fn of_device<'a>(rows: impl IntoIterator<Item = &'a Sample>, resolution_m: f64) -> Record {
     let mut record = Record {
         resolution_m: (resolution_m > 0.0).then_some(resolution_m),
         ..Record::default()
     };
+    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run")]
+    let device_s = |row: &Sample| row.device_time_ns as f64 * 1e-9;
     let (mut before, mut last): (Option<&Sample>, Option<&Sample>) = (None, None);
     let mut ahead_s = 0.0;
     for row in rows {
@@ -155,17 +163,18 @@ pub fn of_device<'a>(rows: impl IntoIterator<Item = &'a Sample>, resolution_m: f
             .filter(|before| before.tick + 1 == row.tick)
             .map_or(row.command_force_n, |before| before.command_force_n);
         before = Some(row);
-        if sample.is_err() || last.is_some_and(|last| last.device_sequence == row.device_sequence) {
+        let is_old = last.is_some_and(|last| last.device_sequence == row.device_sequence);
+        if is_old || sample.is_err() || row.sample_position_m != row.device_position_m {
             continue;
         }
-        #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run")]
-        let device_s = row.device_time_ns as f64 * 1e-9;
-        if let (Some(last), Some(last_s)) = (last, record.t_s.last())
-            && row.device_time_ns < last.device_time_ns
-        {
-            ahead_s = last_s + (row.t_s - last.t_s) - device_s;
+        let (step_s, host_step_s) = match last {
+            Some(last) => (device_s(row) - device_s(last), row.t_s - last.t_s),
+            None => (f64::INFINITY, 0.0),
+        };
+        if (step_s - host_step_s).abs() > ANEW_S {
+            ahead_s = record.t_s.last().map_or(row.t_s, |last_s| last_s + host_step_s) - device_s(row);
         }
-        let t_s = device_s + ahead_s;
+        let t_s = device_s(row) + ahead_s;
         if record.t_s.last().is_some_and(|last_s| t_s <= *last_s) {
             continue;
         }
@@ -223,23 +232,29 @@ mod tests {
         let row = |tick: u64, sequence: u32, device_ms: u64, force: f64| Sample {
             tick,
             t_s: tick as f64 * 1e-3,
+            device_position_m: f64::from(sequence) * 1e-3,
             device_sequence: sequence,
             device_time_ns: device_ms * 1_000_000,
             sample_position_m: f64::from(sequence) * 1e-3,
             command_force_n: force,
             ..Sample::default()
         };
+        let held = Sample {
+            device_position_m: 0.003,
+            ..row(11, 4, 312, 3.0)
+        };
         let rows = [
-            row(7, 1, 9, 0.0),
-            row(8, 2, 10, 1.0),
-            row(9, 2, 10, 2.0),
-            row(10, 3, 11, 3.0),
+            row(7, 1, 309, 0.0),
+            row(8, 2, 310, 1.0),
+            row(9, 2, 310, 2.0),
+            row(10, 3, 311, 3.0),
+            held,
             // After ticks without rows, by a clock that began anew.
             row(20, 4, 1, 4.0),
         ];
         let record = of_device(&rows, 1e-5);
         let t_ms: Vec<f64> = record.t_s.iter().map(|t_s| (1e3 * t_s).round()).collect();
-        assert_eq!(t_ms, [9.0, 10.0, 11.0, 21.0]);
+        assert_eq!(t_ms, [7.0, 8.0, 9.0, 19.0]);
         assert_eq!(record.position_m, [0.001, 0.002, 0.003, 0.004]);
         assert_eq!(record.force_n, [0.0, 0.5, 2.5, 4.0]);
         assert_eq!(record.resolution_m, Some(1e-5));
