@@ -29,12 +29,15 @@ impl Attack {
     }
 }
 
+/// Subscribers that read nothing.
+pub const NEVER_READ: Attack = Attack::new("eight subscribers that never read", never_read);
+
 /// Connections of which one end is shut.
 pub const HALF_CLOSED: Attack = Attack::new("half-closed connections", half_closed);
 
 /// All that leave the machine to others.
 pub const ALL: [Attack; 9] = [
-    Attack::new("eight subscribers that never read", never_read),
+    NEVER_READ,
     Attack::new("eight clients that write a byte a second", a_byte_a_second),
     Attack::new("lines beyond the limit, and one without an end", endless_lines),
     Attack::new("1000 connections a second", connect_again_and_again),

@@ -541,22 +541,11 @@ pub fn processors_of(thread: Option<rustix::process::Pid>) -> Vec<usize> {
 /// # Panics
 /// They cannot be read.
 pub fn sources(root: &Path) -> Vec<(String, String)> {
-    let mut folders: Vec<PathBuf> = ["crates", "tests", "python/tests"]
-        .map(|folder| root.join(folder))
-        .to_vec();
-    let mut sources = Vec::new();
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(&folder).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "rs" || ending == "py") {
-                let text = std::fs::read_to_string(&path).expect("a source");
-                let name = path.strip_prefix(root).expect("it lies below").display().to_string();
-                sources.push((name, text));
-            }
-        }
-    }
-    sources.sort();
-    sources
+    let below = ["crates", "python/tests", "tests"].map(|folder| files(&root.join(folder)));
+    let is_source = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "rs" || ending == "py");
+    let sources = below.into_iter().flatten().filter(is_source).map(|path| {
+        let text = std::fs::read_to_string(&path).expect("a source");
+        (plain(path.strip_prefix(root).expect("it lies below")).to_owned(), text)
+    });
+    sources.collect()
 }

@@ -101,8 +101,10 @@ impl Screen {
             .env("DISPLAY", &self.display)
             .env_remove("WAYLAND_DISPLAY")
             .env("LIBGL_ALWAYS_SOFTWARE", "1")
-            .env("HOME", self.directory.path())
-            .env_remove("XDG_CONFIG_HOME")
+            // The window names its home as the folder of recordings: the same in every run.
+            .env("HOME", "/nonexistent")
+            .env("XDG_CONFIG_HOME", self.directory.path().join(".config"))
+            .env("XDG_RUNTIME_DIR", self.directory.path())
             .stdin(Stdio::null())
             .spawn();
         let panel = Panel(Killed(panel.expect("haptic-gui starts")));
@@ -149,7 +151,7 @@ impl Screen {
         owner.reply().expect("an answer").owner != x11rb::NONE
     }
 
-    /// The home of the panels on it.
+    /// The directory of the screen, where the panels on it keep their settings.
     pub fn home(&self) -> &Path {
         self.directory.path()
     }

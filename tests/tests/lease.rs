@@ -116,7 +116,7 @@ fn engagement_queued_past_lease_expiry_is_refused() {
 }
 
 #[test]
-fn a_lease_that_is_ended_holds_nobody_and_the_first_to_lapse_all() {
+fn an_ended_lease_holds_nobody_and_the_first_to_lapse_all() {
     let (daemon, mut watcher, mut holder) = engaged();
     // Ended before it can lapse, also on a busy machine.
     lease(&mut holder, 4000);

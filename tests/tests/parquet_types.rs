@@ -88,6 +88,16 @@ fn a_motions_times_and_decimals_are_what_their_types_say() {
         let bytes = parquet(compression, [(time, &cells), ("double position_m", &positions)]);
         assert!(simulated("motion.parquet", &bytes) == rows_of_csv, "{time}: other rows");
     }
+    // Where its type says nothing, its title does: by a factor, which may round.
+    let bytes = parquet(none, [("int64 time_ms", &times(1)), ("double position_m", &positions)]);
+    let rows_by_title = simulated("motion.parquet", &bytes);
+    let times_of = |rows: &str| -> Vec<f64> {
+        let time = |row: &str| row.split(',').next()?.parse().ok();
+        rows.lines().filter_map(time).collect()
+    };
+    let (found, wanted) = (times_of(&rows_by_title), times_of(&rows_of_csv));
+    assert_eq!((found.len(), wanted.len()), (400, 400), "rows");
+    assert!(found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-9));
     let bytes = |x: i32| FixedLenByteArray::from(i64::from(x).to_be_bytes().to_vec());
     for (position, cells) in [
         (

@@ -84,6 +84,9 @@ fn the_first_tick_that_differs_is_named_and_the_exit_code_is_1() {
     std::fs::write(&file, lines.join("\n") + "\n").expect("it is written");
     let (printed, code) = replay(&file, &[]);
     assert_eq!((&printed["differing"], code), (&1.into(), Some(1)), "{printed}");
+    let said = ctl(Path::new("/nonexistent"), &["replay", plain(&file)]);
+    let said = system_tests::text(&said.stdout);
+    assert!(said.contains(&format!("first at tick {tick} ")), "{said}");
     let first = &printed["first_differing"];
     assert_eq!(
         (&first["tick"], &first["column"]),

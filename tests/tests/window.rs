@@ -31,7 +31,7 @@ const MAX_DIFFERENT: f64 = 0.001;
 /// Where the field of the mass is, pixels.
 const MASS_FIELD: (usize, usize) = (262, 289);
 
-/// The red of the stop button, which is there as soon as anything is: from the right and from the top, pixels.
+/// The red of the stop button, which is grey until a daemon is connected: from the right and from the top, pixels.
 const STOP_BUTTON: (usize, usize) = (160, 20);
 
 /// The blue of the page Record where that is shown, pixels.

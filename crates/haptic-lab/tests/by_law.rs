@@ -96,6 +96,20 @@ fn laws_are_held_to_their_limits_under_every_hand() {
 }
 
 #[test]
+fn a_law_that_is_off_breaks_its_limits() {
+    let law = "viscous";
+    let all = measured(law);
+    let limit = LIMITS.iter().find(|limit| limit.law == law).expect("a row");
+    assert_eq!(broken(limit, &all), [""; 0]);
+    let on_device = all.iter().position(LawMeasurement::is_on_device).expect("one");
+    for (place, error_n) in [(0, 1e-3), (0, f64::NAN), (on_device, f64::INFINITY)] {
+        let mut off = all.clone();
+        (off[place].errors.worst_n, off[place].errors.median_n) = (error_n, error_n);
+        assert!(!broken(limit, &off).is_empty(), "{error_n} N");
+    }
+}
+
+#[test]
 fn every_law_has_limits() {
     let judged = hands::laws_under_hands();
     for law in LAWS {

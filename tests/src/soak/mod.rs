@@ -116,7 +116,8 @@ fn soak(plan: &Plan, mut rig: Rig) -> Seen {
     thread::scope(|scope| {
         let changes = scope.spawn(|| load::change(plan, socket));
         let heard = scope.spawn(|| load::listen(plan, socket));
-        let misuse = scope.spawn(|| attack::HALF_CLOSED.run(socket, &plan.over));
+        let misuse = [attack::HALF_CLOSED, attack::NEVER_READ]
+            .map(|attack| (attack.name, scope.spawn(move || attack.run(socket, &plan.over))));
         let recordings = scope.spawn(|| recordings::run(plan, socket));
         let health = scope.spawn(|| health::watch(plan, pid));
         // A daemon that hangs for good would hang its clients too.
@@ -129,7 +130,9 @@ fn soak(plan: &Plan, mut rig: Rig) -> Seen {
         if driven.is_err() {
             broken.push("the faults ended in a panic (above)".to_owned());
         }
-        joined(misuse, "the clients that misuse it", broken);
+        for (name, thread) in misuse {
+            joined(thread, name, broken);
+        }
         seen.revisions = joined(changes, "the client that changes the scene", broken);
         seen.heard = joined(heard, "the client that listens", broken);
         seen.recordings = joined(recordings, "the recordings", broken);

@@ -103,7 +103,7 @@ fn served(seen: &Seen) -> Vec<Claim> {
         ),
         (
             "no entry of the journal is lost",
-            heard.missing_entries == 0 && unlogged == 0 && heard.first_entry.is_some(),
+            heard.missing_entries == 0 && unlogged == 0 && !seen.revisions.is_empty() && heard.first_entry.is_some(),
             format!(
                 "entries {} to {}: {} missing; {} changes answered, {unlogged} of them in no entry",
                 heard.first_entry.unwrap_or(0),

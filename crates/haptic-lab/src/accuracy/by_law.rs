@@ -131,19 +131,24 @@ pub fn worst_of<'a>(measurements: impl IntoIterator<Item = &'a LawMeasurement>) 
             let one = &measurement.errors;
             ForceErrors {
                 ticks: worst.ticks + one.ticks,
-                median_n: worst.median_n.max(one.median_n),
-                breakaway_n: worst.breakaway_n.max(one.breakaway_n),
-                reversal_n: worst.reversal_n.max(one.reversal_n),
-                worst_n: worst.worst_n.max(one.worst_n),
+                median_n: greater(worst.median_n, one.median_n),
+                breakaway_n: greater(worst.breakaway_n, one.breakaway_n),
+                reversal_n: greater(worst.reversal_n, one.reversal_n),
+                worst_n: greater(worst.worst_n, one.worst_n),
                 at_bound: worst.at_bound + one.at_bound,
-                at_bound_worst_n: worst.at_bound_worst_n.max(one.at_bound_worst_n),
+                at_bound_worst_n: greater(worst.at_bound_worst_n, one.at_bound_worst_n),
                 same_changes: match (worst.same_changes, one.same_changes) {
                     (Some(a), Some(b)) => Some(a && b),
                     (a, b) => a.or(b),
                 },
-                uncertainty_n: worst.uncertainty_n.max(one.uncertainty_n),
+                uncertainty_n: greater(worst.uncertainty_n, one.uncertainty_n),
             }
         })
+}
+
+/// The greater of two errors; one that is not a number is the greatest.
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
 }
 
 /// How long the runs of [`measure_laws`] are.

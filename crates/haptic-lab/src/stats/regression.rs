@@ -40,7 +40,7 @@ pub fn line(points: &[[f64; 2]]) -> Result<RegressionLine, StatsError> {
     // Rounding leaves equal values a spread of some of their last digits.
     let is_spread = |squares: f64, middle: f64| squares > count * (8.0 * f64::EPSILON * middle).powi(2);
     let no_spread = |what, value, consequence| {
-        let why = format!("every {what} of the regression is {value} : {consequence}");
+        let why = format!("every {what} of the regression is {value}: {consequence}");
         Err(StatsError::new(why))
     };
     if !is_spread(xx, middle_x) {
@@ -96,7 +96,7 @@ mod tests {
     fn what_has_no_line_is_refused_by_name() {
         let refused = |points: &[[f64; 2]]| line(points).expect_err("refused").to_string();
         assert!(refused(&[[1.0, 2.0], [2.0, 3.0]]).starts_with("points of the regression: 2; at least 3"));
-        assert!(refused(&[[0.1, 2.0], [0.1, 3.0], [0.1, 4.0]]).starts_with("every x of the regression is 0.1"));
+        assert!(refused(&[[0.1, 2.0], [0.1, 3.0], [0.1, 4.0]]).starts_with("every x of the regression is 0.1: "));
         assert!(refused(&[[1.0, 0.6], [2.0, 0.6], [3.0, 0.6]]).contains("nothing that a line could explain"));
         assert!(refused(&[[1.0, 2.0], [2.0, f64::INFINITY], [3.0, 1.0]]).starts_with("coordinate 4 is inf"));
     }

@@ -439,3 +439,30 @@ fn the_theme_can_be_switched() {
     press(&mut panel, "switch theme");
     assert_ne!(is_dark(&panel), before);
 }
+
+/// The red of both themes for what stops.
+const RED: egui::Color32 = egui::Color32::from_rgb(0xc6, 0x28, 0x28);
+
+#[test]
+fn stop_is_red_in_both_themes_while_a_daemon_is_connected() {
+    let is_red = |panel: &Panel| {
+        let stop = panel.get_by_label("Stop").rect();
+        let mut shapes = panel.output().shapes.iter();
+        shapes.any(|shape| match &shape.shape {
+            egui::Shape::Rect(drawn) => drawn.fill == RED && drawn.rect.expand(1.0).contains_rect(stop),
+            _ => false,
+        })
+    };
+    let mut panel = connected(RigState::Idle);
+    for _ in 0..2 {
+        let is_dark = panel.ctx.global_style().visuals.dark_mode;
+        panel.state_mut().model.apply(greeted(SOCKET, "1-1"));
+        panel.run();
+        assert!(is_red(&panel), "dark: {is_dark}");
+        lose_the_daemon(&mut panel);
+        panel.get_by_label("Stop");
+        assert!(!is_red(&panel), "dark: {is_dark}: it cannot reach the daemon");
+        press(&mut panel, "switch theme");
+        assert_ne!(panel.ctx.global_style().visuals.dark_mode, is_dark);
+    }
+}

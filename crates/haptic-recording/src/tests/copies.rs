@@ -1,4 +1,4 @@
-//! Recordings that are made from others, of two axes: what is copied of one is copied of the other.
+//! Recordings that are made from others, of two axes but for one test: what is copied of one is copied of the other.
 
 use super::plane::{about, y};
 use super::*;
@@ -209,4 +209,27 @@ fn a_cut_begins_with_the_scene_and_the_state_of_its_moment() {
     let error = cut(&whole, &folder.path("none.csv"), &Span::Time(5.0..6.0), false, None).expect_err("too late");
     assert!(error.to_string().contains("none of its 1000 rows, 0.999 s"), "{error}");
     assert!(!folder.path("none.csv").exists());
+}
+
+#[test]
+fn one_axis_is_exported_repaired_and_cut() {
+    let folder = Folder::new();
+    for name in ["r.csv", "r.mcap"] {
+        let torn = folder.path(name);
+        let mut writer = Writer::create(&torn, &metadata(), false).expect("begun");
+        for tick in 1..=1000 {
+            writer.entry(&Entry::Row(sample(tick), None)).expect("written");
+        }
+        writer.break_off().expect("written");
+        let length = std::fs::metadata(&torn).expect("it is there").len() - 60;
+        let file = std::fs::File::options().write(true).open(&torn).expect("opens");
+        file.set_len(length).expect("torn");
+        let rows = repair(&torn, &torn, true).expect("repaired").totals.rows;
+        assert!((500..=1000).contains(&rows), "{name}: {rows}");
+        let [whole, part] = ["whole.parquet", "part.csv"].map(|name| folder.path(name));
+        export(&torn, &whole, true).expect("exported");
+        cut(&whole, &part, &Span::Ticks(4..6), true, None).expect("cut");
+        let part = crate::read(&part).expect("one axis");
+        assert_eq!(part.rows, [sample(4), sample(5)], "{name}");
+    }
 }

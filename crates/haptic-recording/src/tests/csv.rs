@@ -29,6 +29,11 @@ fn a_recording_reads_as_its_description_shows_it() {
         assert!(lines[1].starts_with(begin), "{}", lines[1]);
         assert_eq!(lines[2..4], [columns, cells]);
         assert_eq!(lines[4], r##"# {"mark":"end","rows":1,"lost":0,"missed":0}"##);
+        let (short, _) = lines[3].rsplit_once(',').expect("cells");
+        let error = read_bytes(text.replacen(lines[3], short, 1).as_bytes()).expect_err("a cell is missing");
+        let (found, wanted) = (short.split(',').count(), lines[3].split(',').count());
+        let reason = format!("{found} cells of {wanted}");
+        assert!(error.to_string().contains(&reason), "{reason}: {error}");
     }
 }
 

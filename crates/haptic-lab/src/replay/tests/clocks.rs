@@ -273,6 +273,7 @@ fn a_replay_differs_nowhere_however_the_clocks_jitter() {
 
 fn differs_nowhere<V: Vector>(seeds: u64) {
     for (name, link) in links() {
+        let mut with_force = 0;
         for seed in 0..seeds {
             let session = session::<V>(seed, link);
             let mut rng = Rng::with_seed(seed);
@@ -288,11 +289,13 @@ fn differs_nowhere<V: Vector>(seeds: u64) {
                 let report = session.replayed_from(rng.usize(..session.snapshots.len()), every);
                 is_same(&report, "begun at a snapshot");
                 assert_eq!(report.not_compared, 0, "{name}, seed {seed}: {report:?}");
+                with_force += report.with_force;
             }
             let anywhere = rng.usize(..session.entries.len() / 2);
             for first in [seed as usize * 7 % 140, anywhere] {
                 is_same(&session.replayed(first), "without a snapshot");
             }
         }
+        assert!(with_force > 0, "{name}: no force flows from a snapshot on");
     }
 }

@@ -59,6 +59,7 @@ fn a_staircase_at_an_end_of_its_range_has_no_threshold() {
         assert!(is_without_plan(&found), "{:?}", found.notes);
         let found = climbed(&levels.repeat(8), true);
         assert!(found.cases[0].staircase_n.is_none() && !is_without_plan(&found));
+        assert_eq!(found.cases[0].subjects.len(), 2);
         for one in &found.cases[0].subjects {
             let code = one.subject.as_ref().expect("a subject");
             let refused = super::why(&found.refused, &format!("staircase of subject {code}, case B"));

@@ -166,7 +166,7 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
     // What it was sent is not sent again, and a later one hears nothing of what came before it.
     let (newer, mut newer_received) = subscription(&[Topic::State], 1, 64);
     feed.subscribers.subscribe(2, newer, setup(0.3));
-    for (tick, state) in [(600, RigState::Idle), (601, RigState::Engaging)] {
+    for (tick, state) in [(600, RigState::Idle), (601, RigState::Idle), (602, RigState::Engaging)] {
         let mut record = outbox::tests::record(tick);
         (record.revision, record.state) = (2, state);
         producer.push(None, || record);
@@ -174,11 +174,17 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
     }
     assert_eq!(
         summaries(&events(&mut received)),
-        ["revision 2 from 600", "1 rows", "revision 2 from 601", "1 rows"]
+        [
+            "revision 2 from 600",
+            "1 rows",
+            "1 rows",
+            "revision 2 from 602",
+            "1 rows"
+        ]
     );
     assert_eq!(
         summaries(&events(&mut newer_received)),
-        ["revision 2 from 600", "0.7 N from 601", "revision 2 from 601"]
+        ["revision 2 from 600", "0.7 N from 602", "revision 2 from 602"]
     );
 }
 
