@@ -1,8 +1,8 @@
 //! `advise`: what the active scene will do to the rig.
 
 use crate::control::RigHandle;
+use crate::control::change::keyed;
 use crate::control::rig::known_rig::KnownRig;
-use crate::control::values::keyed;
 use haptic_core::adviser::{Check, Finding, RigFacts, advise as look};
 use haptic_core::{Parameter, Scene};
 use haptic_ipc::quantity::number;

@@ -5,10 +5,9 @@ use crate::control::history::{Drag, History, Move, Origin};
 use crate::control::peer::Requester;
 use crate::control::rig::schedule::NewChange;
 use crate::control::rig::{Compiled, Suited};
-use crate::control::values::keyed;
 use crate::control::{RigHandle, advise, exclusive_use, judge, library};
 use haptic_core::scene::FileCoupling;
-use haptic_core::{ParameterKey, Scene};
+use haptic_core::{Direction, Directional, Parameter, ParameterKey, Scene};
 use haptic_ipc::{
     ChangeOptions, ChangeReply, Changes, Difference, ErrorCode, JournalEntry, SceneRef, Value, WireError, differences,
 };
@@ -357,4 +356,14 @@ pub(super) fn values_set(changes: &[Difference]) -> BTreeMap<String, f64> {
         }
     }
     applied
+}
+
+/// The values of a parameter: under its own key where both directions are alike, else under that of each direction.
+pub(super) fn keyed(parameter: Parameter, value: Directional) -> Vec<(ParameterKey, f64)> {
+    if value.is_symmetric() {
+        return vec![(parameter.into(), value.positive)];
+    }
+    Direction::BOTH
+        .map(|direction| (parameter.in_direction(direction), value.get(direction)))
+        .into()
 }

@@ -28,7 +28,6 @@ pub(crate) mod socket;
 mod status;
 mod subscribe;
 mod trial;
-mod values;
 pub(crate) mod whole_file;
 
 pub(crate) use facts::Facts;

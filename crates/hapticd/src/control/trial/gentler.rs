@@ -1,7 +1,7 @@
 //! What would pass: the stiffest grip of a scene that is calm, with a factor to spare.
 
 use super::{TrialRig, is_calm};
-use crate::control::values::keyed;
+use crate::control::change::keyed;
 use haptic_core::adviser::{Check, RigFacts, advise};
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::scene::Coupling;
