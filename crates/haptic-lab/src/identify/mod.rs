@@ -185,10 +185,12 @@ fn identify_commanded(
         };
         (*least, *most) = (least.min(*late_least), most.max(*late_most));
     }
-    at_once.notes.push(format!(
-        "the record does not determine by how much the force acts after its command: the intervals hold for 0 to \
-         {:.1} ms",
-        1e3 * longest_delay_s
-    ));
+    if !at_once.intervals.is_empty() {
+        at_once.notes.push(format!(
+            "the record does not determine by how much the force acts after its command: the intervals hold for 0 to \
+             {:.1} ms",
+            1e3 * longest_delay_s
+        ));
+    }
     Ok((at_once, left))
 }
