@@ -86,7 +86,7 @@ mod tests {
                 }
             }
         }
-        assert!(Scene::paper().with_law("coulomb").is_none());
+        assert!(Scene::paper().with_law("no-such-law").is_none());
     }
 
     #[test]
