@@ -1,6 +1,7 @@
 //! What people will meet: each law's force error and its cost, hand by hand and block by block,
 //! with the ticks in which something happens apart from the others.
 
+use super::error::worse;
 use super::hands::{self, HANDS, MASSES_KG};
 use super::reference;
 use crate::motion::DeviceSample;
@@ -131,24 +132,19 @@ pub fn worst_of<'a>(measurements: impl IntoIterator<Item = &'a LawMeasurement>) 
             let one = &measurement.errors;
             ForceErrors {
                 ticks: worst.ticks + one.ticks,
-                median_n: greater(worst.median_n, one.median_n),
-                breakaway_n: greater(worst.breakaway_n, one.breakaway_n),
-                reversal_n: greater(worst.reversal_n, one.reversal_n),
-                worst_n: greater(worst.worst_n, one.worst_n),
+                median_n: worse(worst.median_n, one.median_n),
+                breakaway_n: worse(worst.breakaway_n, one.breakaway_n),
+                reversal_n: worse(worst.reversal_n, one.reversal_n),
+                worst_n: worse(worst.worst_n, one.worst_n),
                 at_bound: worst.at_bound + one.at_bound,
-                at_bound_worst_n: greater(worst.at_bound_worst_n, one.at_bound_worst_n),
+                at_bound_worst_n: worse(worst.at_bound_worst_n, one.at_bound_worst_n),
                 same_changes: match (worst.same_changes, one.same_changes) {
                     (Some(a), Some(b)) => Some(a && b),
                     (a, b) => a.or(b),
                 },
-                uncertainty_n: greater(worst.uncertainty_n, one.uncertainty_n),
+                uncertainty_n: worse(worst.uncertainty_n, one.uncertainty_n),
             }
         })
-}
-
-/// The greater of two errors; one that is not a number is the greatest.
-fn greater(a: f64, b: f64) -> f64 {
-    if a > b || a.is_nan() { a } else { b }
 }
 
 /// How long the runs of [`measure_laws`] are.
@@ -252,7 +248,7 @@ pub fn measure_single_ticks(
         .iter()
         .zip(&truths)
         .map(|(tick, truth)| reference::uncertainty_n(&tick.scene, &tick.motion, tick.start, truth))
-        .fold(0.0, f64::max);
+        .fold(0.0, worse);
     schemes_by_law()
         .into_iter()
         .map(|scheme| {
@@ -315,9 +311,7 @@ impl Tally {
 }
 
 fn difference(run: &SimulatedRow, truth: &SimulatedRow) -> f64 {
-    let error = (run.coupling_force_n - truth.coupling_force_n).abs();
-    // NaN must not pass for small.
-    if error.is_nan() { f64::INFINITY } else { error }
+    worse(0.0, (run.coupling_force_n - truth.coupling_force_n).abs())
 }
 
 fn force_errors(scene: &Scene, run: &Simulation, truth: &Simulation) -> ForceErrors {

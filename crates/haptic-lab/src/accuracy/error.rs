@@ -16,6 +16,11 @@ pub struct RunError {
     pub event_time_s: Option<f64>,
 }
 
+/// The greater of two errors. A run that blew up is infinitely far off: NaN must not pass for small.
+pub(super) fn worse(so_far: f64, new: f64) -> f64 {
+    if new.is_nan() { f64::INFINITY } else { so_far.max(new) }
+}
+
 /// Compares a run with the truth, row by row and change by change. `stiffness` is the coupling's,
 /// N/m.
 #[must_use]
@@ -23,8 +28,6 @@ pub fn compare(run: &Simulation, truth: &Simulation, stiffness: f64) -> RunError
     let mut error = RunError::default();
     for (row, truth) in run.rows.iter().zip(&truth.rows) {
         let force = (row.coupling_force_n - truth.coupling_force_n).abs();
-        // A run that blew up is infinitely far off: NaN must not pass for small.
-        let worse = |so_far: f64, new: f64| if new.is_nan() { f64::INFINITY } else { so_far.max(new) };
         error.position_m = worse(error.position_m, (row.block_position_m - truth.block_position_m).abs());
         error.force_n = worse(error.force_n, force);
         let scale = (stiffness * row.device.position_m.abs()).max(1.0);
@@ -38,7 +41,7 @@ pub fn compare(run: &Simulation, truth: &Simulation, stiffness: f64) -> RunError
             .all(|(a, b)| (a.from, a.to) == (b.from, b.to));
     if same_changes {
         let times = run.events.iter().zip(&truth.events).map(|(a, b)| (a.t_s - b.t_s).abs());
-        error.event_time_s = Some(times.fold(0.0, f64::max));
+        error.event_time_s = Some(times.fold(0.0, worse));
     }
     error
 }

@@ -4,6 +4,7 @@
 //! that is alike in all directions, without a velocity threshold. Viscous friction alone is a block for each axis,
 //! which the laws of a line measure. The surface under the device itself is not measured in the plane.
 
+use super::error::worse;
 use crate::motion::{DeviceSample, per_tick};
 use crate::simulate::{TickCost, cost_of_ticks};
 use haptic_core::block::{BlockState, Coupling};
@@ -255,7 +256,7 @@ pub fn measure_plane(instructions: Option<&[u64]>) -> Result<Vec<PlaneMeasuremen
             let mut block = begun.clone();
             let ticks = case.motion.iter().zip(&case.forces_n).skip(1);
             let mut errors: Vec<f64> = ticks
-                .map(|(sample, force)| (block.tick(sample) - *force).length())
+                .map(|(sample, force)| worse(0.0, (block.tick(sample) - *force).length()))
                 .collect();
             measurements.push(PlaneMeasurement {
                 case: case.name,

@@ -2,6 +2,7 @@
 
 use super::by_law::{LawMeasurement, worst_of};
 use super::cases;
+use super::error::worse;
 use super::hands::laws_under_hands;
 use super::plane::PlaneMeasurement;
 use super::report::{Measurement, schemes};
@@ -162,7 +163,7 @@ impl Tables<'_> {
                 .collect();
             let of =
                 |value: &dyn Fn(&Measurement) -> f64| -> Vec<f64> { of_scheme.iter().map(|one| value(one)).collect() };
-            let worst = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
+            let worst = |values: Vec<f64>| values.into_iter().fold(0.0, worse);
             let times: Vec<f64> = of_scheme.iter().filter_map(|one| one.error.event_time_s).collect();
             let mut counts: Vec<f64> = of_scheme.iter().filter_map(|one| one.instructions).collect();
             let blown_up = of_scheme.iter().filter(|one| one.blew_up).count();
