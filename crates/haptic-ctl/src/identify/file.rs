@@ -106,7 +106,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "OTHER.csv", requires = "file")]
     force_file: Option<PathBuf>,
 
-    /// Delay of the force's times behind the position's, ms; `auto` finds it [default: auto for two files and a motor's force, else 0]
+    /// Delay of the force's times behind the position's, ms; `auto` finds it [default: auto for two files and a motor's
+    /// force, else 0]
     #[arg(long, value_name = "MS|auto", allow_hyphen_values = true, requires = "file")]
     shift_ms: Option<ShiftMs>,
 

@@ -127,14 +127,17 @@ fn identify_on_steady_clocks(
     progress: &mut Progress<'_>,
 ) -> Result<(Identified, Left), IdentifyError> {
     progress.at(0.0)?;
-    if let Clocks::Commanded(longest_delay_s) = options.clocks {
-        return identify_commanded(even, options, longest_delay_s, progress);
-    }
-    match options.model {
-        ModelKind::Karnopp => Ok(karnopp::identify(even, options)),
-        ModelKind::Dahl | ModelKind::Lugre => presliding::identify(even, options, progress),
-        ModelKind::Auto => {
-            let choice = choose::choose(even, options, &mut progress.part(0.0, CHOICE_SHARE))?;
+    match (options.model, options.clocks) {
+        (ModelKind::Auto, clocks) => {
+            // A delay would look like a surface that gives way.
+            let aligned = Options {
+                clocks: match clocks {
+                    Clocks::Commanded(longest_delay_s) if longest_delay_s > 0.0 => Clocks::Delayed,
+                    clocks => clocks,
+                },
+                ..options.clone()
+            };
+            let choice = choose::choose(even, &aligned, &mut progress.part(0.0, CHOICE_SHARE))?;
             let options = Options {
                 model: choice.model,
                 ..options.clone()
@@ -143,39 +146,43 @@ fn identify_on_steady_clocks(
             found.chosen_because = Some(choice.because);
             Ok((found, left))
         }
+        (_, Clocks::Commanded(longest_delay_s)) => identify_commanded(even, options, longest_delay_s, progress),
+        (ModelKind::Karnopp, _) => Ok(karnopp::identify(even, options)),
+        (ModelKind::Dahl | ModelKind::Lugre, _) => presliding::identify(even, options, progress),
     }
 }
 
-/// Beside the delay of a force that was commanded. Where the record does not determine that, the intervals hold those
-/// of no delay and of the longest, and what either refuses is refused.
+/// Fits one law beside the delay of a force that was commanded. Where the record does not determine the delay, the
+/// intervals hold those of no delay and of the longest, and what either refuses is refused.
 fn identify_commanded(
     even: &Even,
     options: &Options,
     longest_delay_s: f64,
     progress: &mut Progress<'_>,
 ) -> Result<(Identified, Left), IdentifyError> {
-    let mut with = |clocks, model, from, to| {
+    let mut with = |clocks, from, to| {
         let options = Options {
             clocks,
-            model,
             ..options.clone()
         };
         identify_on_steady_clocks(even, &options, &mut progress.part(from, to))
     };
     if longest_delay_s <= 0.0 {
-        return with(Clocks::One, options.model, 0.0, 1.0);
+        return with(Clocks::One, 0.0, 1.0);
     }
-    let delayed = with(Clocks::Delayed, options.model, 0.0, 0.5)?;
-    let found = &delayed.0;
-    // The stamps of a force that acts later are too early.
-    let is_delay = |[low_s, high_s]: &Interval| *high_s >= -longest_delay_s && *low_s <= 0.0;
-    let has_mass = options.mass_kg.is_some() || found.mass_kg.is_some();
-    if has_mass && found.intervals.get("shift_s").is_some_and(is_delay) {
-        return Ok(delayed);
+    // Only this fit has an interval of the delay.
+    if options.model == ModelKind::Karnopp {
+        let delayed = with(Clocks::Delayed, 0.0, 0.0)?;
+        let found = &delayed.0;
+        // The stamps of a force that acts later are too early.
+        let is_delay = |[low_s, high_s]: &Interval| *high_s >= -longest_delay_s && *low_s <= 0.0;
+        let has_mass = options.mass_kg.is_some() || found.mass_kg.is_some();
+        if has_mass && found.intervals.get("shift_s").is_some_and(is_delay) {
+            return Ok(delayed);
+        }
     }
-    let (mut at_once, left) = with(Clocks::One, found.model, 0.5, 0.75)?;
-    let (late, _) = with(Clocks::Shifted(-longest_delay_s), found.model, 0.75, 1.0)?;
-    at_once.chosen_because = delayed.0.chosen_because;
+    let (mut at_once, left) = with(Clocks::One, 0.0, 0.5)?;
+    let (late, _) = with(Clocks::Shifted(-longest_delay_s), 0.5, 1.0)?;
     for refusal in late.refused {
         at_once.refuse(refusal);
     }

@@ -184,8 +184,8 @@ pub enum Clocks {
     Delayed,
     /// Two recorders: a shift and a drift are looked for.
     Two,
-    /// One clock, and forces that are commands: each acts within so long, s, after its time. The delay is looked for,
-    /// and where the record does not determine it, the intervals hold for none and for the longest.
+    /// One clock, and forces that are commands. A command acts up to this time later, s. The delay is fitted; where the
+    /// record does not determine it, the intervals hold for no delay and for the longest.
     Commanded(f64),
     /// A shift that is known: how much the force's stamps are later than the position's for the same instant, s.
     Shifted(f64),

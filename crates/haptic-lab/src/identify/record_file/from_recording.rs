@@ -142,8 +142,8 @@ const ANEW_S: f64 = 0.1;
 
 /// The motion of the device, in encoder steps of `resolution_m` (m; 0: unknown), and its motor's force: positions at
 /// the times of the device's clock, from the daemon's at the first one, each with the mean of the forces before and
-/// after it. A sample that a tick has repeated is one sample, and one that the servo has held back is none. A clock
-/// that begins anew goes on by the daemon's.
+/// after it. Repeated samples count once; samples that the servo held back are left out. Where the device's clock begins
+/// anew, the daemon's gives the time that has passed.
 #[must_use]
 pub fn of_device<'a>(rows: impl IntoIterator<Item = &'a Sample>, resolution_m: f64) -> Record {
     let mut record = Record {
