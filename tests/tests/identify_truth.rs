@@ -4,7 +4,7 @@
 use device_io::Device;
 use device_io::fake::{FakeRig, Hand, RigProperties};
 use haptic_core::velocity::{Estimator, Method};
-use haptic_core::{Excitation, OwnMotion};
+use haptic_core::{Course, Excitation, OwnMotion};
 use haptic_ipc::{IdentificationReply, Peer, Sample};
 use haptic_lab::identify::cogging::{SweepSample, at_speed};
 use haptic_lab::identify::plan::Bounds;
@@ -189,5 +189,38 @@ fn intervals_of_a_late_motor_hold_the_truth() {
                 "{late_ticks} ticks late, {name}: {truth} in {low} to {high}"
             );
         }
+    }
+}
+
+/// Strokes of one frequency do not determine the delay: the intervals hold for any up to the longest.
+#[test]
+fn intervals_hold_where_the_delay_is_not_determined() {
+    let truth = RigProperties {
+        damping_ns_per_m: 2.0,
+        ..RigProperties::default()
+    };
+    let mut rig = Loop::new(truth, 2);
+    rig.excite(Excitation {
+        course: Course::Chirp {
+            amplitude_m: 0.005,
+            from_hz: 2.0,
+            to_hz: 2.0,
+            duration_s: 12.0,
+        },
+        ..Bounds::new(&of_rig(truth.resolution_m), None, None).chirp(12.0, 1.0)
+    });
+    let options = Options {
+        mass_kg: Some(truth.mass_kg),
+        offset_n: Some(0.0),
+        clocks: Clocks::Commanded(0.004),
+        ..Options::new(ModelKind::Karnopp)
+    };
+    let found = identify(&of_device(&rig.rows, truth.resolution_m), &options).expect("a usable record");
+    println!("{found:#?}");
+    let is_said = |note: &String| note.contains("how much the force acts after its command");
+    assert!(found.notes.iter().any(is_said), "{:?}", found.notes);
+    for name in ["viscous_Ns_per_m.positive", "viscous_Ns_per_m.negative"] {
+        let [low, high] = found.intervals[name];
+        assert!((low..=high).contains(&2.0), "{name}: 2 in {low} to {high}");
     }
 }
