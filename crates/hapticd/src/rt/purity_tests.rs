@@ -282,8 +282,8 @@ pub(super) fn start<V: Space>(device: Box<dyn Device<V>>, scene: &Scene) -> (Run
 
 #[test]
 fn the_loop_allocates_nothing_frees_nothing_and_only_sleeps() {
-    // One after the other: they share what counts.
-    let seconds = test_run::extent(2, 30);
+    // One after the other: they share what counts. At full length each takes the snapshot of every ten seconds, too.
+    let seconds = test_run::extent(2, 12);
     watch::<f64>(Box::new(FakeRig::new(RigProperties::default(), hand())), false, seconds);
     watch::<Plane>(Box::new(gantry()), false, seconds);
     let rig = UnpluggedNowAndThen::start();
