@@ -14,6 +14,7 @@ import fcntl
 import os
 import random
 import select
+import statistics
 import struct
 import sys
 import termios
@@ -127,18 +128,25 @@ def read_message(message):
     return Acknowledge(refused, sequence)
 
 
-class Stillness(threading.Thread):
-    """Notices when this computer stands still: what the device sent meanwhile comes late, or not at all."""
+class Stillness:
+    """Notices when a processor of this computer stands still: what the device sent meanwhile comes late, or not at all, and
+    so does what a simulated device is sent."""
 
     def __init__(self):
-        super().__init__(daemon=True)
         self.longest_s = 0.0
+        processors = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else [None]
+        pause_s = max(0.005, len(processors) / 1000)
+        for processor in processors:
+            threading.Thread(target=self.watch, args=(processor, pause_s), daemon=True).start()
 
-    def run(self):
+    def watch(self, processor, pause_s):
+        if processor is not None:
+            # 0 is this thread, not the program.
+            os.sched_setaffinity(0, {processor})
         while True:
             before = time.monotonic()
-            time.sleep(0.005)
-            self.longest_s = max(self.longest_s, time.monotonic() - before - 0.005)
+            time.sleep(pause_s)
+            self.longest_s = max(self.longest_s, time.monotonic() - before - pause_s)
 
 
 class Line:
@@ -334,7 +342,9 @@ def counts_its_samples(rig):
     expect(min(steps) >= 0, f"the clock runs backwards, by {-min(steps):.3f} ms from one sample to the next")
     expect(min(steps) > 0, "the clock stands still: two samples with the same time stamp")
     expect(max(steps) < STALE_MS + 2000 / rate, f"the clock jumps by {max(steps):.3f} ms from one sample to the next")
-    mean = sum(steps) / len(steps)
+    # In one of ten parts the device may be kept waiting, where it is simulated.
+    part = max(1, len(steps) // 10)
+    mean = statistics.median(sum(steps[k : k + part]) / part for k in range(0, len(steps) - part + 1, part))
     expect(abs(mean * rate / 1000 - 1) < 0.01, f"a sample each {mean:.4f} ms, where {rate} Hz were promised")
     expect(rig.line.damaged == 0, f"{rig.line.damaged} damaged frames")
     return f"{len(samples)} samples, one each {mean:.4f} ms, {min(steps):.3f} to {max(steps):.3f}"
@@ -683,7 +693,6 @@ def main():
         checks.append((pushes.__doc__, lambda: pushes(rig, options.push)))
     failures = 0
     stillness = Stillness()
-    stillness.start()
     for name, check in checks:
         stillness.longest_s, rig.error = 0.0, None
         try:

@@ -61,47 +61,57 @@ pub fn make(what: &str, known: &[&str]) {
     assert!(made.success(), "{what} is made");
 }
 
-/// Times that a firmware's test is run again where it says that its computer stood still.
-const TRIES_AGAIN: usize = 2;
+/// How often a check is made at most.
+const TRIES: usize = 3;
+
+/// Makes a check of a rig, and again where it fails and prints that its computer stood still. Whether it could be made.
+///
+/// # Panics
+/// The rig is not as it should be.
+pub fn tried(check: impl Fn() -> Option<(bool, String)>) -> bool {
+    for tries_left in (0..TRIES).rev() {
+        let Some((is_right, printed)) = check() else {
+            return false;
+        };
+        if is_right {
+            break;
+        }
+        assert!(
+            tries_left > 0 && printed.contains("this computer stood still"),
+            "it is not as it should be: {printed}"
+        );
+    }
+    true
+}
 
 /// Runs one of the firmware's tests in Python.
 pub fn firmware_test(script: &str, arguments: &[&str]) {
-    for tries_left in (0..=TRIES_AGAIN).rev() {
-        let output = Command::new("python3")
-            .arg(firmware_folder().join("tests").join(script))
-            .args(arguments)
-            .output()
-            .expect("python3 starts");
-        let printed = [output.stdout, output.stderr].map(|printed| String::from_utf8_lossy(&printed).into_owned());
-        println!("{}{}", printed[0], printed[1]);
-        if output.status.success() {
-            return;
-        }
-        let is_excused = printed.iter().any(|text| text.contains("this computer stood still"));
-        assert!(tries_left > 0 && is_excused, "{script} {arguments:?}");
-    }
+    tried(|| Some(python(&format!("tests/{script}"), arguments)));
+}
+
+/// Runs a script of the firmware's, and prints what it prints: whether it succeeds, and that.
+fn python(script: &str, arguments: &[&str]) -> (bool, String) {
+    let output = Command::new("python3")
+        .arg(firmware_folder().join(script))
+        .args(arguments)
+        .output()
+        .expect("python3 starts");
+    let printed = [output.stdout, output.stderr].map(|printed| String::from_utf8_lossy(&printed).into_owned());
+    println!("{script} {arguments:?}\n{}{}", printed[0], printed[1]);
+    (output.status.success(), printed.concat())
 }
 
 /// Whether a device is as the protocol wants it, by the checker for writers of firmware, and what that prints; nothing
 /// where it cannot be run, which is printed.
 pub fn checked(line: &Path, arguments: &[&str]) -> Option<(bool, String)> {
-    if !test_run::has(&["python3"]) {
-        return None;
-    }
-    let output = Command::new("python3")
-        .arg(firmware_folder().join("check_rig.py"))
-        .arg(line)
-        .args(arguments)
-        .output()
-        .expect("python3 starts");
-    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
-    println!("{printed}{}", String::from_utf8_lossy(&output.stderr));
-    Some((output.status.success(), printed))
+    let line = line.to_str().expect("a path of ours");
+    test_run::has(&["python3"]).then(|| python("check_rig.py", &[&[line], arguments].concat()))
 }
 
-/// Whether a device passes all checks, pushed by so many newtons; its times are those of a busy machine.
-pub fn conforms(line: &Path, push_n: &str) -> Option<bool> {
-    Some(checked(line, &["--slow", "2", "--push", push_n])?.0)
+/// A device passes all checks, pushed by so many newtons; its times are those of a busy machine. Whether that could be
+/// tried.
+pub fn conforms(line: &Path, push_n: &str) -> bool {
+    tried(|| checked(line, &["--slow", "2", "--push", push_n]))
 }
 
 /// The simulator and the firmware for an encoder, built into a folder; nothing in the short run and where the tools

@@ -2,14 +2,11 @@
 //! it on purpose.
 
 use system_tests::fake_rig::FakeRig;
-use system_tests::simulated_rig::{Encoder, SimulatedRig, checked};
+use system_tests::simulated_rig::{Encoder, SimulatedRig, checked, tried};
 
 const TMP: &str = env!("CARGO_TARGET_TMPDIR");
 
 const ENABLES: &str = "enables_and_disables";
-
-/// Times that a fault is looked for again where the checker says that its computer stood still.
-const TRIES: usize = 3;
 
 /// Each fault is seen by a check, in these words.
 fn sees(faults: &[(&str, &str, &str)]) {
@@ -23,20 +20,6 @@ fn sees(faults: &[(&str, &str, &str)]) {
             let (passed, printed) = checked(rig.link(), &["--only", check])?;
             Some((!passed && printed.contains(words), printed))
         });
-    }
-}
-
-/// A check that sees what it is to see, or that says that its computer stood still.
-fn tried(check: impl Fn() -> Option<(bool, String)>) {
-    for tries_left in (0..TRIES).rev() {
-        let Some((is_seen, printed)) = check() else { return };
-        if is_seen {
-            return;
-        }
-        assert!(
-            tries_left > 0 && printed.contains("this computer stood still"),
-            "it is not seen, or as something else: {printed}"
-        );
     }
 }
 
