@@ -51,6 +51,7 @@ fn a_clock_that_lies_is_seen() {
         ("clock-stop", "counts_its_samples", "the clock stands still"),
         ("clock-wrap16", "counts_its_samples", "the clock runs backwards"),
         ("clock-torn", "counts_its_samples", "the clock runs backwards"),
+        ("clock-speed 1.02", "counts_its_samples", "where 1000 Hz were promised"),
         ("clock-half", "keeps_time", "times the speed of this computer's"),
         ("clock-double", "keeps_time", "times the speed of this computer's"),
         ("clock-speed 1.08", "keeps_time", "times the speed of this computer's"),
