@@ -146,7 +146,9 @@ fn identify_on_steady_clocks(
             found.chosen_because = Some(choice.because);
             Ok((found, left))
         }
-        (_, Clocks::Commanded(longest_delay_s)) => identify_commanded(even, options, longest_delay_s, progress),
+        (_, Clocks::Commanded(longest_delay_s)) if longest_delay_s > 0.0 => {
+            identify_commanded(even, options, longest_delay_s, progress)
+        }
         (ModelKind::Karnopp, _) => Ok(karnopp::identify(even, options)),
         (ModelKind::Dahl | ModelKind::Lugre, _) => presliding::identify(even, options, progress),
     }
@@ -167,9 +169,6 @@ fn identify_commanded(
         };
         identify_on_steady_clocks(even, &options, &mut progress.part(from, to))
     };
-    if longest_delay_s <= 0.0 {
-        return with(Clocks::One, 0.0, 1.0);
-    }
     // Only this fit has an interval of the delay.
     if options.model == ModelKind::Karnopp {
         let delayed = with(Clocks::Delayed, 0.0, 0.0)?;

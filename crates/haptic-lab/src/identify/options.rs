@@ -185,7 +185,7 @@ pub enum Clocks {
     /// Two recorders: a shift and a drift are looked for.
     Two,
     /// One clock, and forces that are commands. A command acts up to this time later, s. The delay is fitted; where the
-    /// record does not determine it, the intervals hold for no delay and for the longest.
+    /// record does not determine it, the intervals hold for no delay and for the longest. With 0 it is as `One`.
     Commanded(f64),
     /// A shift that is known: how much the force's stamps are later than the position's for the same instant, s.
     Shifted(f64),
