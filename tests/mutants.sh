@@ -21,8 +21,7 @@
 #   nine sizes of memory and stacks                     they only have to be large enough
 #
 #   tests/mutants.sh               # every part
-#   tests/mutants.sh limiter rt    # limiter, senses, state, servo, forces, motion, plane, kinematics, session, clock, rt,
-#                                  # thread
+#   tests/mutants.sh limiter rt    # some
 #
 # What is committed is tested, not what is being worked on. The clone and its build stay in
 # $HAPTICD_MUTANTS_DIR (by default target/mutants), so a second run begins sooner. A change may take
@@ -36,8 +35,9 @@ if [ "$(cargo mutants --version 2>/dev/null)" != "cargo-mutants $version" ]; the
     exit 2
 fi
 
+all=(limiter senses state servo forces motion plane kinematics session clock rt thread)
 parts=("$@")
-[ ${#parts[@]} != 0 ] || parts=(limiter senses state servo forces motion plane kinematics session clock rt thread)
+[ ${#parts[@]} != 0 ] || parts=("${all[@]}")
 
 # For each part: the files that are changed, their package, and the names of the tests that should
 # see it. What is not named here is not run: a whole test run for every change would take a week.
@@ -53,16 +53,17 @@ describe() {
     # Without the test of one number: it turns red with every change of the forces, wanted or not.
     state) package=haptic-core files=(servo/rig.rs) tests=(servo --skip every_build_gives) ;;
     servo)
-        package=haptic-core tests=(servo --skip every_build_gives)
+        package=haptic-core integration=physics tests=(servo --skip every_build_gives)
         files=(servo/{clock_doubt,inputs,sensing,servo,state,transition}.rs)
         ;;
     forces)
-        package=haptic-core files=(servo/{step,compile}.rs compensation.rs)
+        package=haptic-core files=(servo/{step,compile}.rs compensation.rs) integration=physics
         tests=(servo compensation --skip every_build_gives)
         ;;
     motion)
         package=haptic-core files=(excitation/{mod,course}.rs own_motion.rs rig_friction.rs bound_error.rs)
-        tests=(excitation own_motion rig_friction bound_error servo::tests::motion)
+        integration=physics
+        tests=(excitation own_motion rig_friction bound_error compensation servo::tests::motion pulse_on)
         ;;
     # Not its series, for which references are the judge.
     plane)
@@ -92,7 +93,7 @@ describe() {
         tests=(rt::thread:: rt::privileges rt::panic_tests)
         ;;
     *)
-        echo "no part $1: limiter, senses, state, servo, forces, motion, plane, kinematics, session, clock, rt, thread" >&2
+        echo "no part $1: ${all[*]}" >&2
         exit 2
         ;;
     esac

@@ -194,8 +194,9 @@ fn home_pose_is_of_its_connection_and_may_be_withdrawn() {
     rig.tick(Plane::ZERO);
     assert!(!rig.homing.is_homed());
     rig.homing.tell();
+    assert!(!rig.homing.is_taken());
     rig.tick(Plane::ZERO);
-    assert!(rig.homing.is_homed());
+    assert!(rig.homing.is_taken() && rig.homing.is_homed());
     rig.homing.connected(2, false);
     assert!(!rig.homing.is_homed(), "its encoders may have begun elsewhere");
 }
@@ -223,6 +224,7 @@ fn counts_where_the_home_pose_is_told_are_its_own() {
     rig.connect(false);
     let (there, reported) = rig.tick(Plane::ZERO);
     assert!((reported - there).length() < 1e-3, "{reported:?} for {there:?}");
+    assert_eq!(rig.link.bounds().connection, 2, "those of the connection");
 }
 
 // hazard: H37

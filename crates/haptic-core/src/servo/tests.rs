@@ -10,6 +10,7 @@ mod states;
 
 use self::script::Script;
 use super::*;
+use crate::compensation::Compensation;
 use crate::friction::LAWS;
 use crate::limiter::Limits;
 use crate::passivity::RigLosses;
@@ -108,6 +109,7 @@ fn run_with(
     seed: u64,
     steps: u32,
     vary: Vary,
+    compensation: Option<Compensation>,
     mut after: impl FnMut(Servo, &dyn Fn(u64) -> Box<CompiledScene>) -> Servo,
 ) -> Vec<u64> {
     let mut dice = Dice(seed);
@@ -119,6 +121,7 @@ fn run_with(
         passivity_control_n: 2.0,
         velocity: METHODS[usize::try_from(dice.below(5)).expect("small")],
         stop_button: Some(0),
+        compensation,
         ..SETTINGS
     };
     let mut seeds = alloc::vec![0, dice.0];
@@ -195,9 +198,10 @@ fn run_with(
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever its scenes, its estimate of velocity and its state are.
+    /// Whatever its scenes, its estimate of velocity, its rig's compensation and its state are.
     #[test]
-    fn a_servo_goes_on_from_a_snapshot_to_the_last_bit(seed in any::<u64>()) {
+    fn a_servo_goes_on_from_a_snapshot_to_the_last_bit(seed in any::<u64>(), compensates: bool) {
+        let compensation = compensates.then(|| compensation::compensation(0.5));
         // What a law has beside its defaults: a limit that rises at rest, a curve, the other scheme.
         let vary: Vary = |scene, dice| {
             let karnopp = dice.below(2) == 0;
@@ -214,7 +218,7 @@ proptest! {
         };
         let mut dice = Dice(!seed);
         let mut restored = 0;
-        let with_others = run_with(seed, 1500, vary, |mut servo, compiled| {
+        let with_others = run_with(seed, 1500, vary, compensation, |mut servo, compiled| {
             if dice.below(5) != 0 {
                 return servo;
             }
@@ -230,7 +234,7 @@ proptest! {
             other
         });
         prop_assert!(restored > 20);
-        prop_assert_eq!(with_others, run_with(seed, 1500, vary, |servo, _| servo));
+        prop_assert_eq!(with_others, run_with(seed, 1500, vary, compensation, |servo, _| servo));
     }
 }
 
@@ -273,7 +277,7 @@ fn every_build_gives_the_same_force_to_the_last_bit() {
     };
     let (mut digest, mut live) = (0xcbf2_9ce4_8422_2325_u64, 0);
     for seed in 0..20 {
-        let bits = run_with(seed, 3000, vary, |servo, _| servo);
+        let bits = run_with(seed, 3000, vary, None, |servo, _| servo);
         live += bits.chunks(9).filter(|step| f64::from_bits(step[0]) != 0.0).count();
         for word in bits {
             // FNV-1a, a word at a time.

@@ -53,10 +53,10 @@ impl Bench<DirectRig> {
     }
 
     /// Stops, and ticks until the stop is answered.
-    fn stop(&mut self) -> StopConfirmation {
+    fn stop(&mut self) -> Stopped {
         let stop = self.shared.stop();
         self.tick_until("an answer", |bench| bench.records.answers().stop(stop).is_some());
-        self.records.answers().stop(stop).expect("it is answered").confirmation
+        self.records.answers().stop(stop).expect("it is answered")
     }
 }
 
@@ -65,12 +65,14 @@ impl Bench<DirectRig> {
 fn firmware_confirms_a_stop_or_it_ends_unconfirmed() {
     let mut bench = linked();
     bench.pull();
-    assert_eq!(bench.stop(), StopConfirmation::Confirmed);
+    let stopped = bench.stop();
+    assert_eq!(stopped.confirmation, StopConfirmation::Confirmed);
+    assert!(stopped.written_ns < stopped.confirmed_ns, "written, then confirmed");
     assert_eq!(bench.firmware().force_n(), 0.0, "it is off when that is reported");
     bench.command(Command::Reset);
     bench.pull();
     bench.misbehave(Misbehaviour::NoEcho);
-    assert_eq!(bench.stop(), StopConfirmation::Unconfirmed);
+    assert_eq!(bench.stop().confirmation, StopConfirmation::Unconfirmed);
 }
 
 // hazard: H9
@@ -79,7 +81,7 @@ fn firmware_that_stays_enabled_is_an_alarm_until_it_is_honest() {
     let mut bench = linked();
     bench.pull();
     bench.misbehave(Misbehaviour::StayEnabled);
-    assert_eq!(bench.stop(), StopConfirmation::Unconfirmed);
+    assert_eq!(bench.stop().confirmation, StopConfirmation::Unconfirmed);
     let is_alarmed = |bench: &mut Bench<DirectRig>| bench.tick().fault == Some(Fault::StillEnabled);
     bench.tick_until("the alarm", is_alarmed);
     bench.command(Command::Reset);
@@ -170,7 +172,7 @@ fn a_rig_that_was_unplugged_comes_back_without_force() {
         bench.tick.device.unplug();
         assert_eq!(bench.tick().state, RigState::Disconnected);
         if stops {
-            assert_eq!(bench.stop(), StopConfirmation::NoDevice);
+            assert_eq!(bench.stop().confirmation, StopConfirmation::NoDevice);
         }
         bench.ticks(60);
         assert!(bench.firmware().watchdog_has_tripped());

@@ -25,6 +25,7 @@ fn stop_is_confirmed_only_after_device_takes_zero_force() {
         (stopped.tick, stopped.state, stopped.confirmation),
         (tick, RigState::Stopped, StopConfirmation::Confirmed)
     );
+    assert_eq!(stopped.written_ns, stopped.confirmed_ns, "not when the link was busy");
     assert_eq!(bench.last_written(), 0.0);
     assert!(!bench.command(Command::Engage).refused);
 }
