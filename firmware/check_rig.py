@@ -698,7 +698,7 @@ def main():
         except Fault as fault:
             failures += 1
             still_ms = 1000 * stillness.longest_s
-            # A hundredth of the second in which samples are counted is 10 ms, and a watcher sees a stop but for its own pause.
+            # Samples are counted for a second, of which a hundredth is 10 ms; a watcher sees a stop but for its own pause.
             excuse = f"; this computer stood still for {still_ms:.0f} ms meanwhile, try again" if still_ms > 5 else ""
             if rig.error:
                 part = ERRORS.get(rig.error.code, "unknown")

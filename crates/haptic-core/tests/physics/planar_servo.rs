@@ -531,8 +531,7 @@ fn pulse_on_a_handle_that_goes_aside_ends_within_20_mm() {
     };
     for aside in [Plane::new(0.0, 1.0), Plane::new(0.5, -1.0)] {
         let story = Story::new(&mut random);
-        let compiled = CompiledScene::<Plane>::ramped(&story.scenes[0], &story.scenes[0], 1, Scheme::Exact, T, 0.0);
-        let mut servo = Servo::<Plane>::new(story.settings, Box::new(compiled.expect("it can be rendered")));
+        let mut servo = Servo::new(story.settings, compiled(&story.scenes[0]));
         let start = Plane::new(0.05, -0.03);
         let mut hand = start;
         let mut last_force = 0;
